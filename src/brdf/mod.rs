@@ -1,0 +1,19 @@
+//! Closed forms of the Sadeghi microcylinder: what is known of a thread without integrating over its tangents.
+//!
+//! The table lookup multiplies by them, the direct evaluators integrate them, so they stand below both.
+//!
+//! Sources, cited by key throughout the crate:
+//!
+//! - **\[Fecho13\]** M. Fecho, *An Evaluation of Appearance Models for Cloth Rendering*, MSc thesis, UC San Diego, 2013.
+//! - **\[SBDJ13\]** I. Sadeghi, O. Bisker, J. De Deken, H. W. Jensen, *A Practical Microcylinder Appearance Model for
+//!   Cloth Rendering*, ACM Transactions on Graphics 32(2), 2013.
+
+mod cylinder;
+mod factor;
+mod frame;
+mod tangent;
+
+pub use cylinder::{Optics, ThreadPair, Response, fresnel};
+pub use factor::Factors;
+pub use frame::ThreadFrame;
+pub use tangent::{Reweighting, Segment, TangentCurve};

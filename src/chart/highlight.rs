@@ -1,0 +1,88 @@
+//! The highlight chart: (ψ, θ_d, φ_d, φ_h) with ψ = atan2(H·t, H·n) of the half vector H = wi + wr.
+//!
+//! ```text
+//! u₀ = (1 + ψ / (π/2)) / 2
+//! ```
+//!
+//! A segment tilted by δ has its highlight at exactly ψ = −δ, since in its frame 2 sin θ_h cos θ_d = |H_nt| sin(ψ + δ).
+//! So only this axis is sharp, and the ends of a thread's segments are planes of the box.
+//!
+//! The inverse knows ψ but not θ_h, on which the range of θ_d depends. It is the one root in [0, π/2] (for ψ ≥ 0; the
+//! other half by symmetry) of
+//!
+//! ```text
+//! cos ψ · 2 sin θ_h cos θ_d − sin ψ · (cos θ_i cos φ_i + cos θ_r cos φ_r),   θ_d = (2u₁ − 1)(π/2 − θ_h)
+//! ```
+//!
+//! which is not positive at 0 and not negative at π/2; it is found by safeguarded secant steps to the last bit or two.
+
+use super::{Angles, normalized, phi_d_and_h, shared_coordinates, theta_d};
+use crate::math::{Real, Vec3};
+
+/// Pair to box; see [`super::Chart::coordinates`].
+#[inline(always)]
+pub fn coordinates<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+    let psi = (wi[0] + wr[0]).atan2(wi[2] + wr[2]);
+    let [u1, u2, u3] = shared_coordinates(&Angles::of(wi, wr));
+    [normalized(psi, R::FRAC_PI_2()), u1, u2, u3]
+}
+
+/// Box to pair; see [`super::Chart::directions`].
+pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+    let psi = (R::of(2.0) * u[0] - R::one()) * R::FRAC_PI_2();
+    let (phi_d, phi_h) = phi_d_and_h(u);
+    let half = R::of(0.5);
+    let (cos_i, cos_r) = ((phi_h + half * phi_d).cos(), (phi_h - half * phi_d).cos());
+    let (sin_psi, cos_psi) = psi.abs().sin_cos();
+    // For ψ < 0 the pair mirrored along t has θ_d of the other sign.
+    let mirrored = [u[0], if psi < R::zero() { R::one() - u[1] } else { u[1] }, u[2], u[3]];
+    let theta_h = root(R::zero(), R::FRAC_PI_2(), |theta_h| {
+        let theta_d = theta_d(mirrored, theta_h);
+        cos_psi * R::of(2.0) * theta_h.sin() * theta_d.cos()
+            - sin_psi * ((theta_h + theta_d).cos() * cos_i + (theta_h - theta_d).cos() * cos_r)
+    });
+    let theta_h = if psi < R::zero() { -theta_h } else { theta_h };
+    Angles { theta_h, theta_d: theta_d(u, theta_h), phi_d, phi_h }.directions()
+}
+
+/// The root of `f` in [a, b], where f(a) ≤ 0 ≤ f(b): regula falsi with the Illinois weights, and a bisection whenever
+/// three of its steps have not halved the bracket.
+fn root<R: Real>(mut a: R, mut b: R, f: impl Fn(R) -> R) -> R {
+    let half = R::of(0.5);
+    let (mut f_a, mut f_b) = (f(a), f(b));
+    if f_a >= R::zero() {
+        return a;
+    }
+    if f_b <= R::zero() {
+        return b;
+    }
+    for _ in 0..64 {
+        let width = b - a;
+        for step in 0..4 {
+            let mut x = if step == 3 { half * (a + b) } else { (a * f_b - b * f_a) / (f_b - f_a) };
+            if !(x > a && x < b) {
+                x = half * (a + b);
+            }
+            if x <= a || x >= b {
+                return x;
+            }
+            let f_x = f(x);
+            if f_x == R::zero() {
+                return x;
+            }
+            if f_x < R::zero() {
+                a = x;
+                f_a = f_x;
+                f_b *= half;
+            } else {
+                b = x;
+                f_b = f_x;
+                f_a *= half;
+            }
+            if step == 3 && b - a > half * width {
+                break;
+            }
+        }
+    }
+    half * (a + b)
+}

@@ -1,0 +1,133 @@
+//! Charts: pairs of directions as points of the box \[0, 1\]⁴.
+//!
+//! Both charts work in the frame of an untilted thread, where a direction has the latitude θ = asin(w·t) and the azimuth
+//! φ = atan2(w·s, w·n). With θ_h, θ_d the half sum and half difference of the latitudes, φ_h the half sum of the
+//! azimuths and φ_d their difference, three coordinates are shared and normalised so that the box is exactly the pair of
+//! upper hemispheres:
+//!
+//! ```text
+//! u₁ = (1 + θ_d / (π/2 − |θ_h|)) / 2       0: wi, 1: wr … the poles of the thread are the faces
+//! u₂ = (1 + φ_d / (π − 2 φ_h)) / 2         the horizon is the two faces
+//! u₃ = φ_h / (π/2)                         the mirror s → −s makes φ_h ≥ 0 and leaves S and V alone
+//! ```
+//!
+//! The first coordinate is the sharp one: θ_h in the [thesis](thesis) chart, the half vector's ψ in the
+//! [highlight](highlight) chart.
+//!
+//! Where a range shrinks to nothing (|θ_h| = 90°: both directions along the thread; φ_h = 90°: both at the same side's
+//! horizon) its coordinate is ½. At a pole of the thread, which lies on the horizon, φ is 0 by convention of atan2.
+//! wi = wr is u₁ = u₂ = ½ and the mirror pair has θ_h = 0 and φ_h = 0: grid planes, not singularities.
+
+pub mod highlight;
+pub mod thesis;
+
+use crate::math::{Real, Vec3, norm2};
+
+/// Which chart a table is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+pub enum Chart {
+    /// (θ_h, θ_d, φ_d, roll of the pair).
+    Thesis,
+    /// (ψ of the half vector, θ_d, φ_d, φ_h).
+    Highlight,
+}
+
+impl Chart {
+    /// All charts.
+    pub const ALL: [Self; 2] = [Self::Thesis, Self::Highlight];
+
+    /// The names of the four coordinates.
+    pub fn axis_names(self) -> [&'static str; 4] {
+        match self {
+            Self::Thesis => ["theta_h", "theta_d", "phi_d", "phi_h"],
+            Self::Highlight => ["psi", "theta_d", "phi_d", "phi_h"],
+        }
+    }
+
+    /// Coordinate values at which functions on the sphere are not smooth in the box, one per axis: |θ_h| in the
+    /// normalisation of u₁ bends at the middle of axis 0, and `min` in M at φ_d = 0. (The bend at φ_h = 0 is the box's
+    /// face.) Interpolation must not reach across them.
+    pub const KINKS: [Option<f32>; 4] = [Some(0.5), None, Some(0.5), None];
+
+    /// The coordinates of a pair of unit directions above the surface, given in thread coordinates.
+    #[inline(always)]
+    pub fn coordinates<R: Real>(self, wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+        match self {
+            Self::Thesis => thesis::coordinates(wi, wr),
+            Self::Highlight => highlight::coordinates(wi, wr),
+        }
+    }
+
+    /// The pair of directions at a point of the box, with w·s ≥ 0 on average: the inverse of
+    /// [`Chart::coordinates`] up to the mirror.
+    pub fn directions<R: Real>(self, u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+        match self {
+            Self::Thesis => thesis::directions(u),
+            Self::Highlight => highlight::directions(u),
+        }
+    }
+}
+
+/// Latitudes and azimuths of a pair, mirrored to φ_h ≥ 0.
+#[derive(Debug, Clone, Copy)]
+struct Angles<R> {
+    theta_h: R,
+    theta_d: R,
+    phi_d: R,
+    phi_h: R,
+}
+
+impl<R: Real> Angles<R> {
+    #[inline(always)]
+    fn of(wi: Vec3<R>, wr: Vec3<R>) -> Self {
+        let half = R::of(0.5);
+        let theta_i = wi[0].atan2(norm2(wi[1], wi[2]));
+        let theta_r = wr[0].atan2(norm2(wr[1], wr[2]));
+        let (phi_i, phi_r) = (wi[1].atan2(wi[2]), wr[1].atan2(wr[2]));
+        let (phi_d, phi_h) = (phi_i - phi_r, half * (phi_i + phi_r));
+        let (phi_d, phi_h) = if phi_h < R::zero() { (-phi_d, -phi_h) } else { (phi_d, phi_h) };
+        Self { theta_h: half * (theta_i + theta_r), theta_d: half * (theta_i - theta_r), phi_d, phi_h }
+    }
+
+    fn directions(&self) -> (Vec3<R>, Vec3<R>) {
+        let half = R::of(0.5);
+        let direction = |theta: R, phi: R| {
+            let (sin_theta, cos_theta) = theta.sin_cos();
+            let (sin_phi, cos_phi) = phi.sin_cos();
+            // The horizon is in the box and z = cos 90° must not round below it.
+            [sin_theta, cos_theta * sin_phi, (cos_theta * cos_phi).max(R::zero())]
+        };
+        (
+            direction(self.theta_h + self.theta_d, self.phi_h + half * self.phi_d),
+            direction(self.theta_h - self.theta_d, self.phi_h - half * self.phi_d),
+        )
+    }
+}
+
+/// `value / range` for a value in ±range, as a coordinate in \[0, 1\]; ½ where the range is empty.
+#[inline(always)]
+fn normalized<R: Real>(value: R, range: R) -> R {
+    let half = R::of(0.5);
+    if range > R::zero() { (half + half * value / range).max(R::zero()).min(R::one()) } else { half }
+}
+
+/// The shared coordinates u₁, u₂, u₃.
+#[inline(always)]
+fn shared_coordinates<R: Real>(angles: &Angles<R>) -> [R; 3] {
+    [
+        normalized(angles.theta_d, R::FRAC_PI_2() - angles.theta_h.abs()),
+        normalized(angles.phi_d, R::PI() - R::of(2.0) * angles.phi_h),
+        (angles.phi_h / R::FRAC_PI_2()).min(R::one()),
+    ]
+}
+
+/// θ_d at |θ_h|, then φ_d and φ_h, from the shared coordinates.
+fn theta_d<R: Real>(u: [R; 4], theta_h: R) -> R {
+    (R::of(2.0) * u[1] - R::one()) * (R::FRAC_PI_2() - theta_h.abs())
+}
+
+fn phi_d_and_h<R: Real>(u: [R; 4]) -> (R, R) {
+    let phi_h = u[3] * R::FRAC_PI_2();
+    ((R::of(2.0) * u[2] - R::one()) * (R::PI() - R::of(2.0) * phi_h), phi_h)
+}

@@ -1,0 +1,26 @@
+//! The chart of the thesis: (θ_h, θ_d, φ_d, roll).
+//!
+//! ```text
+//! u₀ = (1 + θ_h / (π/2)) / 2
+//! ```
+//!
+//! Departure: the thesis' ψ cannot be the fourth coordinate, since it is 0 for every roll at θ = 0 and the map has no
+//! inverse there. The roll of the pair about the thread, φ_h = (φ_i + φ_r)/2, takes its place.
+
+use super::{Angles, normalized, phi_d_and_h, shared_coordinates, theta_d};
+use crate::math::{Real, Vec3};
+
+/// Pair to box; see [`super::Chart::coordinates`].
+#[inline(always)]
+pub fn coordinates<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+    let angles = Angles::of(wi, wr);
+    let [u1, u2, u3] = shared_coordinates(&angles);
+    [normalized(angles.theta_h, R::FRAC_PI_2()), u1, u2, u3]
+}
+
+/// Box to pair; see [`super::Chart::directions`].
+pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+    let theta_h = (R::of(2.0) * u[0] - R::one()) * R::FRAC_PI_2();
+    let (phi_d, phi_h) = phi_d_and_h(u);
+    Angles { theta_h, theta_d: theta_d(u, theta_h), phi_d, phi_h }.directions()
+}

@@ -1,0 +1,268 @@
+//! TOML text to [`Fabric`], with errors that name file, line and key.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{Fabric, Thread};
+use crate::brdf::{Optics, Reweighting};
+
+/// What is wrong with a fabric's parameters, and where.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}: {message}")]
+pub struct FabricError {
+    /// The file, or the name it was given.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// The key whose value is out of range, where there is one.
+    pub key: Option<String>,
+    /// What is wrong and what would be right.
+    pub message: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FabricToml {
+    name: Spanned<String>,
+    #[serde(default)]
+    title: String,
+    #[serde(default)]
+    source: String,
+    #[serde(default)]
+    reweighting: Reweighting,
+    #[serde(default)]
+    correlation_width_deg: Option<Spanned<f64>>,
+    thread: Spanned<Vec<Spanned<ThreadToml>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ThreadToml {
+    name: Spanned<String>,
+    direction_deg: Spanned<f64>,
+    coverage: Spanned<f64>,
+    albedo: Option<Spanned<AlbedoToml>>,
+    albedos: Option<Spanned<BTreeMap<String, Spanned<AlbedoToml>>>>,
+    eta: Spanned<f64>,
+    k_d: Spanned<f64>,
+    gamma_s_deg: Spanned<f64>,
+    gamma_v_deg: Spanned<f64>,
+    tangent_offsets_deg: Spanned<Vec<Spanned<f64>>>,
+    tangent_lengths: Spanned<Vec<Spanned<f64>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AlbedoToml {
+    color: [f64; 3],
+    #[serde(default = "one")]
+    scale: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// More segments or threads than any cloth has; keeps hostile files cheap.
+const MAX_SEGMENTS: usize = 4096;
+const MAX_THREADS: usize = 64;
+const DEFAULT_CORRELATION_WIDTH_DEG: f64 = 20.0;
+
+struct Source<'a> {
+    file: &'a str,
+    text: &'a str,
+}
+
+impl Source<'_> {
+    fn error(&self, offset: usize, key: Option<&str>, message: String) -> FabricError {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        FabricError { file: self.file.to_owned(), line, key: key.map(str::to_owned), message }
+    }
+
+    /// The value under `key` if `valid`, or an error saying that it `must`.
+    fn number(
+        &self,
+        key: &str,
+        value: &Spanned<f64>,
+        valid: impl Fn(f64) -> bool,
+        must: &str,
+    ) -> Result<f64, FabricError> {
+        let x = *value.get_ref();
+        if x.is_finite() && valid(x) {
+            Ok(x)
+        } else {
+            Err(self.error(value.span().start, Some(key), format!("{key} = {x} must {must}")))
+        }
+    }
+
+    fn name(&self, name: &Spanned<String>) -> Result<String, FabricError> {
+        let text = name.get_ref();
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+        if !text.is_empty() && text.len() <= 64 && text.chars().all(plain) {
+            Ok(text.clone())
+        } else {
+            let message = format!("name = \"{text}\" must be 1 to 64 of the characters a-z 0-9 - _");
+            Err(self.error(name.span().start, Some("name"), message))
+        }
+    }
+
+    fn albedo(&self, key: &str, value: &Spanned<AlbedoToml>) -> Result<[f64; 3], FabricError> {
+        let AlbedoToml { color, scale } = value.get_ref();
+        let albedo = color.map(|channel| channel * scale);
+        if albedo.iter().all(|a| a.is_finite() && *a >= 0.0) {
+            Ok(albedo)
+        } else {
+            let message = format!("{key}: color × scale = {albedo:?} must be finite and not negative");
+            Err(self.error(value.span().start, Some(key), message))
+        }
+    }
+}
+
+pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fabric, FabricError> {
+    let source = Source { file, text };
+    let raw: FabricToml = toml::from_str(text).map_err(|error| {
+        let offset = error.span().map_or(0, |span| span.start);
+        source.error(offset, None, error.message().to_owned())
+    })?;
+
+    let sigma_u = match &raw.correlation_width_deg {
+        None => DEFAULT_CORRELATION_WIDTH_DEG,
+        Some(width) => source.number("correlation_width_deg", width, |x| x > 0.0, "be above 0")?,
+    };
+    let threads_at = raw.thread.span().start;
+    if raw.thread.get_ref().is_empty() || raw.thread.get_ref().len() > MAX_THREADS {
+        let message = format!("thread: a fabric has 1 to {MAX_THREADS} threads, this one {}", raw.thread.get_ref().len());
+        return Err(source.error(threads_at, Some("thread"), message));
+    }
+
+    let chosen = choose_variant(&source, raw.thread.get_ref(), variant)?;
+    let mut threads = Vec::new();
+    let mut covered = 0.0;
+    for entry in raw.thread.get_ref() {
+        let thread = parse_thread(&source, entry.get_ref(), entry.span().start, chosen.as_deref())?;
+        covered += thread.coverage;
+        if covered > 1.0 + 1e-9 {
+            let message = format!("coverage: the threads' coverages sum to {covered}, but must not exceed 1");
+            return Err(source.error(entry.get_ref().coverage.span().start, Some("coverage"), message));
+        }
+        if threads.iter().any(|other: &Thread| other.name == thread.name) {
+            let message = format!("name: two threads are called \"{}\"", thread.name);
+            return Err(source.error(entry.get_ref().name.span().start, Some("name"), message));
+        }
+        threads.push(thread);
+    }
+
+    let base = source.name(&raw.name)?;
+    let name = chosen.as_ref().map_or_else(|| base.clone(), |variant| format!("{base}-{variant}"));
+    let title = if raw.title.is_empty() { base } else { raw.title };
+    let title = chosen.as_ref().map_or_else(|| title.clone(), |variant| format!("{title}, {variant}"));
+    Ok(Fabric {
+        name,
+        title,
+        source: raw.source,
+        reweighting: raw.reweighting,
+        sigma_u: sigma_u.to_radians(),
+        threads,
+        toml: text.to_owned(),
+        variant: chosen,
+    })
+}
+
+/// The albedo variant to use: the one asked for, the first one, or none where no thread names any.
+fn choose_variant(
+    source: &Source<'_>,
+    threads: &[Spanned<ThreadToml>],
+    asked: Option<&str>,
+) -> Result<Option<String>, FabricError> {
+    let named = threads.iter().find_map(|thread| thread.get_ref().albedos.as_ref());
+    let Some(named) = named else {
+        return match asked {
+            None => Ok(None),
+            Some(asked) => {
+                Err(source.error(0, Some("albedos"), format!("albedos: the fabric names no albedos, so none is \"{asked}\"")))
+            }
+        };
+    };
+    let names: Vec<&String> = named.get_ref().keys().collect();
+    let at = named.span().start;
+    match asked {
+        Some(asked) if names.iter().any(|name| *name == asked) => Ok(Some(asked.to_owned())),
+        Some(asked) => {
+            Err(source.error(at, Some("albedos"), format!("albedos: none is \"{asked}\"; there are {names:?}")))
+        }
+        None => match names.first() {
+            Some(first) => Ok(Some((*first).clone())),
+            None => Err(source.error(at, Some("albedos"), "albedos: at least one must be named".to_owned())),
+        },
+    }
+}
+
+fn parse_thread(
+    source: &Source<'_>,
+    raw: &ThreadToml,
+    at: usize,
+    variant: Option<&str>,
+) -> Result<Thread, FabricError> {
+    let name = source.name(&raw.name)?;
+    let albedo = match (&raw.albedo, &raw.albedos) {
+        (Some(albedo), None) => source.albedo("albedo", albedo)?,
+        (None, Some(named)) => match variant.and_then(|variant| named.get_ref().get(variant)) {
+            Some(albedo) => source.albedo("albedos", albedo)?,
+            None => {
+                let message = format!("albedos: thread \"{name}\" lacks \"{}\"", variant.unwrap_or_default());
+                return Err(source.error(named.span().start, Some("albedos"), message));
+            }
+        },
+        _ => {
+            let message = format!("albedo: thread \"{name}\" needs either albedo or albedos");
+            return Err(source.error(at, Some("albedo"), message));
+        }
+    };
+
+    let (offsets, lengths) = (raw.tangent_offsets_deg.get_ref(), raw.tangent_lengths.get_ref());
+    let lengths_at = raw.tangent_lengths.span().start;
+    if offsets.len() != lengths.len() + 1 || lengths.is_empty() || lengths.len() > MAX_SEGMENTS {
+        let message = format!(
+            "tangent_lengths: {} offsets need {} lengths (1 to {MAX_SEGMENTS}), there are {}",
+            offsets.len(),
+            offsets.len().saturating_sub(1),
+            lengths.len()
+        );
+        return Err(source.error(lengths_at, Some("tangent_lengths"), message));
+    }
+    let mut tangent_offsets = Vec::with_capacity(offsets.len());
+    for offset in offsets {
+        let offset =
+            source.number("tangent_offsets_deg", offset, |x| x.abs() <= 90.0, "lie between -90 and 90 degrees")?;
+        tangent_offsets.push(offset.to_radians());
+    }
+    let mut tangent_lengths = Vec::with_capacity(lengths.len());
+    for length in lengths {
+        tangent_lengths.push(source.number("tangent_lengths", length, |x| x >= 0.0, "not be negative")?);
+    }
+    let total: f64 = tangent_lengths.iter().sum();
+    if !(total > 0.0 && total.is_finite()) {
+        let message = format!("tangent_lengths: their sum {total} must be finite and above 0");
+        return Err(source.error(lengths_at, Some("tangent_lengths"), message));
+    }
+
+    let positive = |x: f64| x > 0.0;
+    Ok(Thread {
+        name,
+        direction: source.number("direction_deg", &raw.direction_deg, |x| x.abs() <= 360.0, "lie between -360 and 360")?
+            .to_radians(),
+        coverage: source.number("coverage", &raw.coverage, |x| (0.0..=1.0).contains(&x), "lie between 0 and 1")?,
+        albedo,
+        optics: Optics {
+            eta: source.number("eta", &raw.eta, |x| x >= 1.0, "be at least 1")?,
+            k_d: source.number("k_d", &raw.k_d, |x| (0.0..=1.0).contains(&x), "lie between 0 and 1")?,
+            gamma_s: source.number("gamma_s_deg", &raw.gamma_s_deg, positive, "be above 0")?.to_radians(),
+            gamma_v: source.number("gamma_v_deg", &raw.gamma_v_deg, positive, "be above 0")?.to_radians(),
+        },
+        tangent_offsets,
+        tangent_lengths,
+    })
+}

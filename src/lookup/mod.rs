@@ -1,0 +1,2 @@
+//! Evaluation of a baked fabric.
+mod scalar;

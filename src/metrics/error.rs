@@ -1,0 +1,144 @@
+//! Error of an approximation over protocol pairs.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::pairs::{Pair, PairKind, protocol_pairs};
+use crate::fabric::Fabric;
+use crate::model::{Model, Rule, Sadeghi};
+
+/// Relative error over a set of pairs; all zero for no pairs.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct Quantiles {
+    pub pairs: usize,
+    pub mean: f64,
+    pub p50: f64,
+    pub p95: f64,
+    pub p99: f64,
+    pub p999: f64,
+    pub max: f64,
+}
+
+/// Bias of the directional reflectance at a view angle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Bias {
+    /// Angle between viewer and normal, degrees; the viewer is half way between warp and weft.
+    pub view_deg: f64,
+    /// ∫ ρ dwi of the brightest channel, by direct integration.
+    pub reflectance: f64,
+    /// (R_T − R_D)/R_D of the channel where it is largest in magnitude.
+    pub bias: f64,
+}
+
+/// What the approximation of a fabric costs in accuracy.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ErrorReport {
+    /// The seed that drew the pairs.
+    pub seed: u64,
+    /// Over all pairs.
+    pub all: Quantiles,
+    /// Over pairs with min(wi·n, wr·n) < 0.1.
+    pub grazing: Quantiles,
+    /// Root of the mean squared error over the mean, all channels and pairs.
+    pub rmse_over_mean: f64,
+    /// Bias of the directional reflectance at 0°, 30°, 60° and 80°.
+    pub bias: Vec<Bias>,
+}
+
+/// Below this cosine a direction is grazing.
+const GRAZING: f64 = 0.1;
+/// The share of the mean that keeps relative error meaningful where a fabric is dark.
+const FLOOR: f64 = 0.01;
+const VIEW_ANGLES_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
+/// Strata of z and azimuth for directional reflectance.
+const STRATA: (usize, usize) = (24, 64);
+
+/// Measures `approximation` against direct integration of `fabric` on `count` protocol pairs.
+pub fn measure(fabric: &Fabric, approximation: &dyn Model<f64>, count: usize, seed: u64) -> ErrorReport {
+    let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
+    let pairs = protocol_pairs(fabric, count, seed);
+    let values: Vec<([f64; 3], [f64; 3])> = pairs
+        .par_iter()
+        .map(|pair| (reference.eval_cos(pair.wi, pair.wr), approximation.eval_cos(pair.wi, pair.wr)))
+        .collect();
+
+    let mut floor = [0.0; 3];
+    let mut renders = 0.0;
+    let (mut squares, mut sum) = (0.0, 0.0);
+    for (pair, (truth, value)) in pairs.iter().zip(&values) {
+        for channel in 0..3 {
+            squares += (value[channel] - truth[channel]).powi(2);
+            sum += truth[channel];
+            if pair.kind == PairKind::Render {
+                floor[channel] += FLOOR * truth[channel];
+            }
+        }
+        renders += f64::from(u8::from(pair.kind == PairKind::Render));
+    }
+    let floor = floor.map(|floor| floor / f64::max(renders, 1.0));
+    let error = |(truth, value): &([f64; 3], [f64; 3])| {
+        (0..3).map(|c| ratio((value[c] - truth[c]).abs(), truth[c] + floor[c])).fold(0.0, f64::max)
+    };
+    let errors: Vec<f64> = values.iter().map(error).collect();
+    let is_grazing = |pair: &Pair| pair.wi[2].min(pair.wr[2]) < GRAZING;
+    let grazing = pairs.iter().zip(&errors).filter(|(pair, _)| is_grazing(pair)).map(|(_, error)| *error).collect();
+    let numbers = 3.0 * pairs.len() as f64;
+    ErrorReport {
+        seed,
+        grazing: quantiles(grazing),
+        rmse_over_mean: ratio((squares / numbers).sqrt(), sum / numbers),
+        bias: VIEW_ANGLES_DEG.iter().map(|angle| bias(&reference, approximation, *angle)).collect(),
+        all: quantiles(errors),
+    }
+}
+
+/// `error / size`, where no error of nothing is no error.
+fn ratio(error: f64, size: f64) -> f64 {
+    if error == 0.0 { 0.0 } else { error / size }
+}
+
+fn quantiles(mut errors: Vec<f64>) -> Quantiles {
+    let Some(last) = errors.len().checked_sub(1) else { return Quantiles::default() };
+    errors.sort_by(f64::total_cmp);
+    let at = |share: f64| errors[(share * last as f64).round() as usize];
+    Quantiles {
+        pairs: errors.len(),
+        mean: errors.iter().sum::<f64>() / errors.len() as f64,
+        p50: at(0.5),
+        p95: at(0.95),
+        p99: at(0.99),
+        p999: at(0.999),
+        max: at(1.0),
+    }
+}
+
+fn bias(reference: &Sadeghi<f64>, approximation: &dyn Model<f64>, view_deg: f64) -> Bias {
+    let (sin, cos) = view_deg.to_radians().sin_cos();
+    let diagonal = std::f64::consts::FRAC_1_SQRT_2;
+    let wr = [sin * diagonal, sin * diagonal, cos];
+    let (rows, columns) = STRATA;
+    let solid_angle = std::f64::consts::TAU / (rows * columns) as f64;
+    // Equal steps of z are equal solid angles.
+    let lights: Vec<([f64; 3], [f64; 3])> = (0..rows * columns)
+        .into_par_iter()
+        .map(|index| {
+            let z = ((index / columns) as f64 + 0.5) / rows as f64;
+            let (sin, cos) = (std::f64::consts::TAU * ((index % columns) as f64 + 0.5) / columns as f64).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            let wi = [r * cos, r * sin, z];
+            (reference.eval_cos(wi, wr), approximation.eval_cos(wi, wr))
+        })
+        .collect();
+    let mut result = Bias { view_deg, reflectance: 0.0, bias: 0.0 };
+    for channel in 0..3 {
+        let truth: f64 = lights.iter().map(|(truth, _)| truth[channel] * solid_angle).sum();
+        let value: f64 = lights.iter().map(|(_, value)| value[channel] * solid_angle).sum();
+        result.reflectance = result.reflectance.max(truth);
+        let bias = if value == truth { 0.0 } else { (value - truth) / truth };
+        if bias.abs() > result.bias.abs() {
+            result.bias = bias;
+        }
+    }
+    result
+}

@@ -1,0 +1,82 @@
+//! Pairs of directions to measure error on.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::DVec3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use crate::fabric::{Fabric, Thread};
+
+/// How a pair was drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PairKind {
+    /// Both directions independent and cosine-weighted.
+    Render,
+    /// Near the highlight of a thread.
+    Highlight,
+}
+
+/// A pair of unit directions above the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// To the light.
+    pub wi: [f64; 3],
+    /// To the viewer.
+    pub wr: [f64; 3],
+    /// How it was drawn; a highlight pair below the horizon was redrawn as a render pair.
+    pub kind: PairKind,
+}
+
+/// `count` pairs for `fabric`, alternately render and highlight, the same for the same seed.
+pub fn protocol_pairs(fabric: &Fabric, count: usize, seed: u64) -> Vec<Pair> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let threads: Vec<&Thread> = fabric.visible_threads().collect();
+    let pair = |index: usize| {
+        let wi = cosine_weighted(&mut rng);
+        if index % 2 == 1 && !threads.is_empty() {
+            let thread = threads[rng.random_range(0..threads.len())];
+            let wr = on_reflection_cone(thread, wi, &mut rng);
+            if wr.z > 0.0 {
+                return Pair { wi: wi.to_array(), wr: wr.to_array(), kind: PairKind::Highlight };
+            }
+        }
+        Pair { wi: wi.to_array(), wr: cosine_weighted(&mut rng).to_array(), kind: PairKind::Render }
+    };
+    (0..count).map(pair).collect()
+}
+
+fn cosine_weighted(rng: &mut ChaCha8Rng) -> DVec3 {
+    // 1 − [0, 1) keeps z above 0.
+    let z = (1.0 - rng.random::<f64>()).sqrt();
+    let (sin, cos) = (TAU * rng.random::<f64>()).sin_cos();
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * cos, r * sin, z)
+}
+
+/// A direction at which a cylinder of a random tilt of `thread`, jittered by γ_s, reflects light from `wi`: the half of
+/// the cone that leaves the cylinder on its outer side, azimuth uniform.
+fn on_reflection_cone(thread: &Thread, wi: DVec3, rng: &mut ChaCha8Rng) -> DVec3 {
+    let total: f64 = thread.tangent_lengths.iter().sum();
+    let mut left = rng.random::<f64>() * total;
+    let last = thread.tangent_lengths.len() - 1;
+    let mut tilt = thread.tangent_offsets[last + 1];
+    for (ends, length) in thread.tangent_offsets.windows(2).zip(&thread.tangent_lengths) {
+        if left < *length {
+            tilt = ends[0] + (ends[1] - ends[0]) * left / length;
+            break;
+        }
+        left -= length;
+    }
+    tilt += thread.optics.gamma_s * rng.sample::<f64, _>(StandardNormal);
+
+    let along = DVec3::new(thread.direction.cos(), thread.direction.sin(), 0.0);
+    let side = DVec3::Z.cross(along);
+    let tangent = tilt.cos() * along + tilt.sin() * DVec3::Z;
+    let normal = tilt.cos() * DVec3::Z - tilt.sin() * along;
+    let x = -wi.dot(tangent);
+    let r = (1.0 - x * x).max(0.0).sqrt();
+    let (sin, cos) = (FRAC_PI_2 * (2.0 * rng.random::<f64>() - 1.0)).sin_cos();
+    (x * tangent + r * (sin * side + cos * normal)).normalize()
+}

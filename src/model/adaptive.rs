@@ -1,0 +1,143 @@
+//! The mean of one thread's response over its tangents, to a requested accuracy.
+//!
+//! Every place where the integrand is not smooth is known, so panels end there:
+//!
+//! ```text
+//! ψ + δ = ±90°            a direction passes behind the thread: P and M end
+//! δ = −(ψ_i + ψ_r)/2      min in P changes sides
+//! y_i z_r' = ±y_r z_i'    min in M changes sides, where m_i = m_r
+//! δ = −ψ_H                the highlight: θ_h = 0, ψ_H = atan2(x_i + x_r, z_i + z_r)
+//! ```
+//!
+//! θ_h grows by K = |H_nt| / (2 cos θ_d) per unit of tilt there, so a lobe of width γ is γ/K wide in δ. Within a panel,
+//! Gauss–Legendre on the whole is compared with Gauss–Legendre on its halves and bisected until they agree.
+
+use std::sync::LazyLock;
+
+use gauss_quad::GaussLegendre;
+
+use crate::brdf::{Optics, Response, TangentCurve, ThreadPair};
+use crate::math::norm2;
+
+const ORDER: usize = 7;
+/// Bisections of a panel: 2⁻⁴⁰ of 180° is below the spacing of f64 tilts near 90°.
+const MAX_DEPTH: u32 = 40;
+
+static NODES: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
+    let rule = GaussLegendre::new(ORDER.try_into().expect("a positive order"));
+    rule.as_node_weight_pairs().to_vec()
+});
+
+/// S and V of a thread for a pair of directions: the mean of [`ThreadPair::response`] over `tangents`.
+///
+/// `tolerance` is relative to S and V; either is let off with a thousandth of it relative to the other, since they are
+/// only ever used as a sum.
+pub fn mean_response(
+    pair: &ThreadPair<f64>,
+    optics: &Optics<f64>,
+    tangents: &TangentCurve<f64>,
+    tolerance: f64,
+) -> Response<f64> {
+    let integrand = |delta: f64| {
+        let (sin, cos) = delta.sin_cos();
+        pair.response(optics, cos, sin)
+    };
+    let mut single = Response::zero();
+    let mut panels: Vec<Panel> = Vec::new();
+    let cuts = Cuts::new(pair, optics);
+    for segment in tangents.segments() {
+        if segment.from == segment.to {
+            single = single.plus(segment.weight, integrand(segment.from));
+            continue;
+        }
+        let density = segment.weight / (segment.to - segment.from).abs();
+        let mut from = segment.from.min(segment.to).max(cuts.visible.0);
+        let end = segment.from.max(segment.to).min(cuts.visible.1);
+        for cut in cuts.kinks.iter().copied().filter(|cut| *cut < end).chain([end]) {
+            if cut > from {
+                panels.push(Panel::new(from, cut, density, &integrand));
+                from = cut;
+            }
+        }
+    }
+
+    let estimate = panels.iter().fold(single, |sum, panel| sum.plus(1.0, panel.value));
+    let allowed = Response {
+        surface: tolerance * (estimate.surface + 1e-3 * estimate.volume),
+        volume: tolerance * (estimate.volume + 1e-3 * estimate.surface),
+    };
+    panels.iter().fold(single, |sum, panel| sum.plus(1.0, panel.refine(allowed, 0, &integrand)))
+}
+
+/// Where the integrand's range ends and where it is not smooth, in tilt.
+struct Cuts {
+    visible: (f64, f64),
+    /// In ascending order.
+    kinks: Vec<f64>,
+}
+
+impl Cuts {
+    fn new(pair: &ThreadPair<f64>, optics: &Optics<f64>) -> Self {
+        let (wi, wr) = (pair.wi(), pair.wr());
+        let (psi_i, psi_r) = (wi[0].atan2(wi[2]), wr[0].atan2(wr[2]));
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let visible = (-quarter - psi_i.min(psi_r), quarter - psi_i.max(psi_r));
+
+        let mut kinks = vec![-0.5 * (psi_i + psi_r)];
+        for sign in [1.0, -1.0] {
+            let sin = wi[1] * wr[2] - sign * wr[1] * wi[2];
+            let cos = wi[1] * wr[0] - sign * wr[1] * wi[0];
+            if cos != 0.0 {
+                kinks.push((sin / cos).atan());
+            }
+        }
+
+        let (h_t, h_n) = (wi[0] + wr[0], wi[2] + wr[2]);
+        let highlight = -h_t.atan2(h_n);
+        let (sin, cos) = highlight.sin_cos();
+        // At the highlight x_r = −x_i, so cos θ_d = cos θ_i.
+        let z_i = cos * wi[2] - sin * wi[0];
+        let slope = (norm2(h_t, h_n) / (2.0 * norm2(wi[1], z_i))).max(1e-3);
+        kinks.push(highlight);
+        for gamma in [optics.gamma_s, optics.gamma_v] {
+            for widths in [1.5, 5.0] {
+                kinks.extend([highlight - widths * gamma / slope, highlight + widths * gamma / slope]);
+            }
+        }
+        kinks.retain(|cut| cut.is_finite());
+        kinks.sort_by(f64::total_cmp);
+        Self { visible, kinks }
+    }
+}
+
+/// A part of the integral, with its Gauss–Legendre value.
+struct Panel {
+    from: f64,
+    to: f64,
+    density: f64,
+    value: Response<f64>,
+}
+
+impl Panel {
+    fn new(from: f64, to: f64, density: f64, integrand: &impl Fn(f64) -> Response<f64>) -> Self {
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let value = NODES.iter().fold(Response::zero(), |sum, (node, weight)| {
+            sum.plus(weight * half * density, integrand(middle + half * node))
+        });
+        Self { from, to, density, value }
+    }
+
+    fn refine(&self, allowed: Response<f64>, depth: u32, integrand: &impl Fn(f64) -> Response<f64>) -> Response<f64> {
+        let middle = 0.5 * (self.from + self.to);
+        let halves = [(self.from, middle), (middle, self.to)]
+            .map(|(from, to)| Self::new(from, to, self.density, integrand));
+        let sum = halves[0].value.plus(1.0, halves[1].value);
+        let agree = (sum.surface - self.value.surface).abs() <= allowed.surface
+            && (sum.volume - self.value.volume).abs() <= allowed.volume;
+        if agree || depth == MAX_DEPTH || middle <= self.from || middle >= self.to {
+            sum
+        } else {
+            halves[0].refine(allowed, depth + 1, integrand).plus(1.0, halves[1].refine(allowed, depth + 1, integrand))
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Charts are bijections between the box and pairs of directions above the surface, up to the mirror s → −s.
+
+use proptest::prelude::*;
+use sateen::chart::Chart;
+
+fn any_chart() -> impl Strategy<Value = Chart> {
+    prop::sample::select(Chart::ALL.to_vec())
+}
+
+/// A unit direction above the surface; a tenth of them within 1e-6 of the horizon.
+fn direction() -> impl Strategy<Value = [f64; 3]> {
+    (0.0..1f64, -1.0..1f64, 0..10u8).prop_map(|(z, turn, near)| {
+        let z = if near == 0 { 1e-6 * z } else { z }.max(1e-12);
+        let (sin, cos) = (turn * std::f64::consts::PI).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        [r * cos, r * sin, z]
+    })
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+}
+
+fn mirrored(w: [f64; 3]) -> [f64; 3] {
+    [w[0], -w[1], w[2]]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20_000))]
+
+    #[test]
+    fn a_pair_comes_back_from_the_box(chart in any_chart(), wi in direction(), wr in direction()) {
+        let u = chart.coordinates(wi, wr);
+        prop_assert!(u.iter().all(|u| (0.0..=1.0).contains(u)), "{u:?}");
+        let (vi, vr) = chart.directions(u);
+        let error = (distance(vi, wi) + distance(vr, wr)).min(distance(vi, mirrored(wi)) + distance(vr, mirrored(wr)));
+        prop_assert!(error < 2e-7, "{chart:?} {u:?}: {wi:?} {wr:?} came back as {vi:?} {vr:?}, {error:e} away");
+    }
+
+    #[test]
+    fn a_point_of_the_box_comes_back_from_directions(chart in any_chart(), u in prop::array::uniform4(0.0..1f64)) {
+        let (wi, wr) = chart.directions(u);
+        for w in [wi, wr] {
+            prop_assert!(w[2] >= 0.0 && (distance(w, [0.0; 3]) - 1.0).abs() < 1e-12, "{w:?}");
+        }
+        let v = chart.coordinates(wi, wr);
+        // Where a range has shrunk by a factor, so has the precision of the coordinate in it.
+        let room = (1.0 - (2.0 * u[0] - 1.0).abs()) * (1.0 - u[3]);
+        let bound = 1e-9 / room.max(1e-9);
+        for k in 0..4 {
+            prop_assert!((u[k] - v[k]).abs() < bound, "{chart:?} {u:?} came back as {v:?}");
+        }
+    }
+
+    #[test]
+    fn both_precisions_agree_on_the_coordinates(chart in any_chart(), wi in direction(), wr in direction()) {
+        let single = |w: [f64; 3]| w.map(|x| x as f32);
+        let u = chart.coordinates(single(wi), single(wr));
+        let double = |w: [f32; 3]| w.map(f64::from);
+        let v = chart.coordinates(double(single(wi)), double(single(wr)));
+        let room = (1.0 - (2.0 * v[0] - 1.0).abs()) * (1.0 - v[3]);
+        let bound = 1e-6 / room.max(1e-6);
+        // At φ_h = 0 rounding decides which of the two mirror images a pair is.
+        let flipped = v[3] < bound && (f64::from(u[2]) - v[2]).abs() > 0.5;
+        for k in 0..4 {
+            let expected = if k == 2 && flipped { 1.0 - v[k] } else { v[k] };
+            prop_assert!((f64::from(u[k]) - expected).abs() < bound, "{chart:?} {u:?} {v:?}");
+        }
+    }
+}
+
+#[test]
+fn the_highlight_of_a_tilted_segment_is_a_plane_of_the_box() {
+    for tilt_deg in [-60.0, -25.0, 0.0, 5.0, 40.0f64] {
+        let tilt = tilt_deg.to_radians();
+        for (x, phi_i, phi_r) in [(0.1, 0.3, -0.2), (-0.4, 0.0, 1.0), (0.6, -0.9, -0.8f64)] {
+            let r = (1.0 - x * x as f64).sqrt();
+            let to_thread = |x: f64, phi: f64| {
+                let (y, z) = (r * phi.sin(), r * phi.cos());
+                [tilt.cos() * x - tilt.sin() * z, y, tilt.cos() * z + tilt.sin() * x]
+            };
+            let (wi, wr) = (to_thread(x, phi_i), to_thread(-x, phi_r));
+            let u = Chart::Highlight.coordinates(wi, wr);
+            assert!((u[0] - (0.5 - tilt_deg / 180.0)).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn special_pairs_have_the_stated_coordinates() {
+    let w = [0.3f64, 0.4, (1.0 - 0.25f64).sqrt()];
+    for chart in Chart::ALL {
+        let u = chart.coordinates(w, w);
+        assert!((u[1] - 0.5).abs() < 1e-12 && (u[2] - 0.5).abs() < 1e-12, "wi = wr: {u:?}");
+        let u = chart.coordinates(w, [-w[0], -w[1], w[2]]);
+        assert!((u[0] - 0.5).abs() < 1e-12 && u[3].abs() < 1e-12, "mirror pair: {u:?}");
+        let along = [1.0, 0.0, 0.0];
+        let u = chart.coordinates(along, along);
+        assert_eq!(u[1..], [0.5, 0.5, 0.0], "both along the thread");
+        let beside = [0.0, 1.0, 0.0f64];
+        let u = chart.coordinates(beside, beside);
+        assert!((u[2] - 0.5).abs() < 1e-12 && u[3] > 1.0 - 1e-12, "both at the horizon beside the thread: {u:?}");
+        let u = chart.coordinates([0.0, 1.0, 0.0], [0.0, 0.0, 1.0f64]);
+        assert!((u[2] - 1.0).abs() < 1e-12, "light at the horizon: {u:?}");
+        let u = chart.coordinates([0.0, 0.0, 1.0], [0.0, 1.0, 0.0f64]);
+        assert!(u[2].abs() < 1e-12, "viewer at the horizon: {u:?}");
+    }
+}
