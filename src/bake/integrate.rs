@@ -1,78 +1,92 @@
-//! What is stored at a node.
-use rayon::prelude::*;
-use crate::brdf::*;
+//! The function that a grid samples: S/F_S and V/F_V of one thread's segments.
+
+use crate::brdf::{Factors, Optics, Response, TangentCurve, ThreadPair};
 use crate::chart::Chart;
 use crate::fabric::{Fabric, Thread};
 use crate::math::Vec3;
 use crate::model::mean_response;
-use crate::table::{Axis, Encoding, Grid, Samples};
-use super::Settings;
 
-/// Values are taken this far inside the box: on its faces S and F are both 0.
+/// Nodes on the faces of the box are evaluated this far inside it: on the faces themselves S and F are both 0, and their
+/// ratio has moved by about as much.
 const INSET: f64 = 1e-4;
 
-/// integrand
-pub struct Integrand<'a> {
-    pub(super) thread: &'a Thread,
+/// Segments of one thread, on the box of a chart.
+pub(super) struct Integrand {
     optics: Optics<f64>,
-    tangents: TangentCurve<f64>,
+    segments: TangentCurve<f64>,
     factors: Factors<f64>,
     sigma_u: f64,
     chart: Chart,
     tolerance: f64,
-    pub(super) folded: bool,
+    folded: bool,
 }
 
-/// sample
-#[derive(Clone, Copy, Debug)]
-#[expect(missing_docs, reason = "trial")]
-pub struct Sample { pub response: Response<f64>, pub factor: Response<f64> }
-impl Sample {
-    /// ratio
-    pub fn ratio(&self) -> [f64; 2] {
-        let ratio = |value: f64, factor: f64| if factor > 1e-30 { value / factor } else { f64::NAN };
-        [ratio(self.response.surface, self.factor.surface), ratio(self.response.volume, self.factor.volume)]
+/// The function at a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Value {
+    /// S and V.
+    pub(super) response: Response<f64>,
+    /// F_S and F_V.
+    pub(super) factor: Response<f64>,
+}
+
+impl Value {
+    /// S/F_S and V/F_V, or `None` where no tilt is visible from both directions.
+    pub(super) fn ratios(&self) -> Option<[f64; 2]> {
+        let Self { response, factor } = self;
+        let ratios = [response.surface / factor.surface, response.volume / factor.volume];
+        let defined = factor.volume > 0.0 && ratios[1].is_finite();
+        // Without Fresnel reflection (η = 1) there is no surface lobe and no factor of it.
+        defined.then(|| [if ratios[0].is_finite() { ratios[0] } else { 0.0 }, ratios[1]])
     }
 }
 
-impl<'a> Integrand<'a> {
-    /// new
-    pub fn new(fabric: &Fabric, thread: &'a Thread, settings: &Settings) -> Self {
-        let tangents = thread.tangents();
-        Self { thread, optics: thread.optics, factors: Factors::new(&thread.optics, &tangents), folded: tangents.is_symmetric(), tangents, sigma_u: fabric.sigma_u, chart: settings.chart, tolerance: settings.tolerance }
+impl Integrand {
+    pub(super) fn new(fabric: &Fabric, thread: &Thread, chart: Chart, tolerance: f64) -> Self {
+        let curve = thread.tangents::<f64>();
+        let segments = curve.segments().iter().map(|segment| (segment.from, segment.to, segment.weight));
+        let segments = TangentCurve::from_parts(std::iter::empty(), segments);
+        Self {
+            optics: thread.optics,
+            factors: Factors::new(&thread.optics, &segments),
+            folded: segments.segments_are_symmetric(),
+            segments,
+            sigma_u: fabric.sigma_u,
+            chart,
+            tolerance,
+        }
     }
-    /// at pair
-    pub fn at(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> Sample {
+
+    /// Whether the function is the same for u₀ and 1 − u₀.
+    pub(super) fn is_folded(&self) -> bool {
+        self.folded
+    }
+
+    pub(super) fn chart(&self) -> Chart {
+        self.chart
+    }
+
+    /// The function for a pair in thread coordinates.
+    pub(super) fn at_pair(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> Value {
         let pair = ThreadPair::new(wi, wr, self.sigma_u);
-        Sample { response: mean_response(&pair, &self.optics, &self.tangents, self.tolerance), factor: self.factors.at(&pair, &self.tangents) }
+        Value {
+            response: mean_response(&pair, &self.optics, &self.segments, self.tolerance),
+            factor: self.factors.at(&pair, &self.segments),
+        }
     }
-    /// at u
-    pub fn at_point(&self, u: [f64; 4]) -> Sample {
-        let mut v = u;
-        for k in 0..3 { v[k] = v[k].clamp(INSET, 1.0 - INSET); }
-        v[3] = v[3].min(1.0 - INSET);
-        let (wi, wr) = self.chart.directions(v);
-        self.at(wi, wr)
+
+    /// The function at a point of the box, or beside it where the point is on a face.
+    pub(super) fn at_point(&self, u: [f64; 4]) -> Value {
+        // u₃ = 0 is the mirror's plane and not a face.
+        let low = [INSET, INSET, INSET, 0.0];
+        let inside = [0, 1, 2, 3].map(|k| u[k].clamp(low[k], 1.0 - INSET));
+        let (wi, wr) = self.chart.directions(inside);
+        self.at_pair(wi, wr)
     }
-    /// fill
-    pub fn fill(&self, axes: [Axis; 4], settings: &Settings) -> Grid {
-        let [n0, n1, n2, n3] = [0, 1, 2, 3].map(|k| axes[k].len());
-        let node = |k: usize, i: usize| f64::from(axes[k].nodes()[i]);
-        let rows: Vec<Vec<[f64; 2]>> = (0..n1 * n2 * n3).into_par_iter().map(|row| {
-            let (i1, i2, i3) = (row % n1, row / n1 % n2, row / n1 / n2);
-            let mut values: Vec<[f64; 2]> = (0..n0).map(|i0| self.at_point([node(0, i0), node(1, i1), node(2, i2), node(3, i3)]).ratio()).collect();
-            // where nothing is visible
-            for c in 0..2 {
-                for i in 1..n0 { if values[i][c].is_nan() { values[i][c] = values[i-1][c]; } }
-                for i in (0..n0-1).rev() { if values[i][c].is_nan() { values[i][c] = values[i+1][c]; } }
-                for v in &mut values { if v[c].is_nan() { v[c] = 0.0; } }
-            }
-            values
-        }).collect();
-        let max = |c: usize| rows.iter().flatten().map(|v| v[c]).fold(0.0, f64::max);
-        let scale = [max(0), max(1)].map(|m| if m > 0.0 { m } else { 1.0 });
-        let encoding: Encoding = settings.encoding;
-        let samples = Samples::store(encoding, rows.iter().flatten().flat_map(|v| [0, 1].map(|c| encoding.encode(v[c] / scale[c]))));
-        Grid { chart: self.chart, folded: self.folded, axes, encoding, scale: scale.map(|s| s as f32), samples }
+
+    /// Where a pair in thread coordinates is looked up.
+    pub(super) fn coordinates(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> [f64; 4] {
+        let turn = |w: Vec3<f64>| if self.folded && wi[0] + wr[0] < 0.0 { [-w[0], w[1], w[2]] } else { w };
+        self.chart.coordinates(turn(wi), turn(wr))
     }
 }

@@ -1,16 +1,63 @@
-//! What to bake.
+//! What a bake aims for.
+
+use serde::{Deserialize, Serialize};
+
 use crate::chart::Chart;
 use crate::table::{Encoding, Interpolation};
 
-/// settings
-#[derive(Debug, Clone, PartialEq)]
-#[expect(missing_docs, reason = "trial")]
+/// Size against accuracy, ready-made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// For previews: at most 512 KiB decoded.
+    Draft,
+    /// For use: at most 4 MiB decoded.
+    Standard,
+    /// For reference: at most 32 MiB decoded.
+    Fine,
+}
+
+/// How to bake.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
+    /// The preset that these settings began as.
+    pub preset: Preset,
+    /// The four coordinates of the tables.
     pub chart: Chart,
+    /// How samples are stored.
     pub encoding: Encoding,
+    /// Order of interpolation on the axes of u₀ to u₃.
     pub interpolation: [Interpolation; 4],
-    /// Most nodes of a thread.
-    pub max_nodes: usize,
+    /// The most bytes of samples in memory, shared equally by the threads that need a grid.
+    pub max_bytes: usize,
+    /// Nodes are added to a thread's grid until its expected mean relative error is below this, or `max_bytes` reached.
     pub target_error: f64,
+    /// Relative tolerance of the integral at a node.
     pub tolerance: f64,
+    /// Pairs on which the error that is written into the table is measured.
+    pub error_pairs: usize,
+    /// The seed that draws them.
+    pub error_seed: u64,
+}
+
+impl Preset {
+    /// The settings of the preset.
+    pub fn settings(self) -> Settings {
+        let (max_bytes, target_error) = match self {
+            Self::Draft => (512 << 10, 4e-3),
+            Self::Standard => (4 << 20, 5e-4),
+            Self::Fine => (32 << 20, 1e-4),
+        };
+        Settings {
+            preset: self,
+            chart: Chart::Highlight,
+            encoding: Encoding::SqrtF16,
+            interpolation: [Interpolation::Cubic; 4],
+            max_bytes,
+            target_error,
+            tolerance: 1e-5,
+            error_pairs: 16_384,
+            error_seed: crate::metrics::DEFAULT_SEED,
+        }
+    }
 }

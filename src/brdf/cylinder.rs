@@ -77,7 +77,7 @@ pub fn fresnel<R: Real>(eta: R, cos: R) -> R {
 
 /// Gaussian of unit area and standard deviation `sigma` at `x`, g(γ, x).
 #[inline(always)]
-pub(crate) fn gaussian<R: Real>(sigma: R, x: R) -> R {
+fn gaussian<R: Real>(sigma: R, x: R) -> R {
     let t = x / sigma;
     (R::of(-0.5) * t * t).exp() * R::of(0.398_942_280_401_432_7) / sigma
 }

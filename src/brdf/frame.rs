@@ -1,5 +1,7 @@
 //! The frame of a thread in the surface.
 
+use num_traits::Float;
+
 use crate::math::{Real, Vec3};
 
 /// Frame of an untilted thread of direction angle α in the surface: t = (cos α, sin α, 0) along the thread,
@@ -36,5 +38,3 @@ impl<R: Real> ThreadFrame<R> {
         [w[0] * self.cos - w[1] * self.sin, w[1] * self.cos + w[0] * self.sin, w[2]]
     }
 }
-
-use num_traits::Float;

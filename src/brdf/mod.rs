@@ -12,8 +12,10 @@ mod cylinder;
 mod factor;
 mod frame;
 mod tangent;
+mod weave;
 
-pub use cylinder::{Optics, ThreadPair, Response, fresnel};
+pub use cylinder::{Optics, Response, ThreadPair, fresnel};
 pub use factor::Factors;
 pub use frame::ThreadFrame;
-pub use tangent::{Reweighting, Segment, TangentCurve};
+pub use tangent::{Reweighting, Segment, TangentCurve, Tilt};
+pub use weave::{ThreadResponse, Weave};

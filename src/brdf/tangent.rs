@@ -1,17 +1,14 @@
 //! The distribution of a thread's tangents, and the projections that it has in closed form.
 //!
-//! Tangent offsets o_0…o_n with lengths l_1…l_n are a polyline ([Fecho13] 3.2.2): segment k holds the share l_k/Σl of
-//! the thread and its tilt δ is uniform on [o_{k−1}, o_k]; equal offsets are one tilt, zero length is a jump. Positive δ
-//! raises the thread's tangent out of the cloth.
-//!
-//! The mean over the distribution of max(cos(ψ+δ), 0) needs no quadrature: the antiderivative sin is clamped where the
-//! thread turns away, and sin(ψ+o), cos(ψ+o) follow from (x, z)/r by rotation, so that no angle is formed either.
+//! Tangent offsets o_0…o_n with lengths l_1…l_n are a polyline (\[Fecho13\] 3.2.2): segment k holds the share l_k/Σl of
+//! the thread and its tilt δ is uniform on \[o_{k−1}, o_k\]; equal offsets are one tilt, zero length is a jump. Positive
+//! δ raises the thread's tangent out of the cloth. So the distribution is a sum of single [`Tilt`]s and of [`Segment`]s.
 
 use alloc::vec::Vec;
 
 use crate::math::{Real, Vec3, norm2};
 
-/// How Q weighs a tangent, [Fecho13] 3.26.
+/// How Q weighs a tangent, \[Fecho13\] 3.26.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Reweighting {
@@ -22,169 +19,219 @@ pub enum Reweighting {
     Both,
 }
 
-/// A part of a thread whose tilt is uniform between two angles.
+/// A part of a thread with one tilt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tilt<R> {
+    /// δ, radians.
+    pub angle: R,
+    /// Share of the thread's length, 0 to 1.
+    pub weight: R,
+    /// cos δ.
+    pub cos: R,
+    /// sin δ.
+    pub sin: R,
+}
+
+impl<R: Real> Tilt<R> {
+    /// A tilt of `angle` radians that holds `weight` of the thread.
+    pub fn new(angle: f64, weight: f64) -> Self {
+        let (sin, cos) = num_traits::Float::sin_cos(angle);
+        Self { angle: R::of(angle), weight: R::of(weight), cos: R::of(cos), sin: R::of(sin) }
+    }
+
+    /// Sine and cosine of ψ + δ from those of ψ.
+    #[inline(always)]
+    fn rotate(&self, sin_psi: R, cos_psi: R) -> (R, R) {
+        (sin_psi * self.cos + cos_psi * self.sin, cos_psi * self.cos - sin_psi * self.sin)
+    }
+}
+
+/// A part of a thread whose tilt is uniform between two angles, `from` < `to`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment<R> {
-    /// Tilt at the start, radians.
+    /// The smallest tilt, radians.
     pub from: R,
-    /// Tilt at the end, radians; may be below `from`.
+    /// The largest tilt, radians.
     pub to: R,
     /// Share of the thread's length, 0 to 1.
     pub weight: R,
 }
 
-impl<R: Real> Segment<R> {
-    /// Whether mean values over the segment are better taken at its middle: the difference of antiderivatives loses
-    /// ε/Δ to rounding, the midpoint Δ²/24 to curvature, and the two meet where Δ³ = 24 ε.
-    fn is_narrow(&self) -> bool {
-        (self.to - self.from).abs() < (R::of(24.0) * R::epsilon()).cbrt()
-    }
-
-    fn middle(&self) -> R {
-        R::of(0.5) * (self.from + self.to)
-    }
-}
-
 /// The tangents of one thread.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TangentCurve<R> {
+    tilts: Vec<Tilt<R>>,
     segments: Vec<Segment<R>>,
-    /// What [`TangentCurve::projection`] sums: Σ weight · clamped sin(ψ+o), by distinct segment end.
-    ends: Vec<Term<R>>,
-    /// … and Σ weight · max(cos(ψ+δ), 0), by single tilt.
-    tilts: Vec<Term<R>>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Term<R> {
-    angle: f64,
-    cos: R,
-    sin: R,
-    weight: R,
+    /// The mean projection over the segments is Σ weight · clamped sin(ψ+o) over their distinct ends o …
+    ends: Vec<Tilt<R>>,
+    /// … and over those too short for that, Σ weight · max(cos(ψ+δ), 0) at their middles.
+    middles: Vec<Tilt<R>>,
 }
 
 impl<R: Real> TangentCurve<R> {
     /// The distribution of a polyline of `offsets` (radians, one more than lengths) and `lengths` (any unit, ≥ 0, not
-    /// all 0). Segments of no length vanish.
+    /// all 0). Parts of no length vanish.
     pub fn new(offsets: &[f64], lengths: &[f64]) -> Self {
         let total: f64 = lengths.iter().sum();
-        let segments = offsets.windows(2).zip(lengths).filter(|(_, length)| **length > 0.0).map(|(ends, length)| {
-            Segment { from: R::of(ends[0]), to: R::of(ends[1]), weight: R::of(length / total) }
-        });
-        Self::from_segments(segments.collect())
+        let parts = || offsets.windows(2).zip(lengths).map(|(ends, length)| (ends[0], ends[1], length / total));
+        let tilts = parts().filter(|(from, to, weight)| from == to && *weight > 0.0).map(|(from, _, weight)| (from, weight));
+        let segments = parts().filter(|(from, to, weight)| from != to && *weight > 0.0);
+        Self::from_parts(tilts, segments.map(|(from, to, weight)| (from.min(to), from.max(to), weight)))
     }
 
-    /// The distribution made of `segments`, whose weights sum to 1.
-    pub fn from_segments(segments: Vec<Segment<R>>) -> Self {
-        let (mut ends, mut tilts) = (Vec::new(), Vec::new());
-        for segment in &segments {
-            let weight = segment.weight.to_double();
-            if segment.is_narrow() {
-                add_term(&mut tilts, segment.middle().to_double(), weight);
+    /// The distribution made of tilts (angle, weight) and segments (from < to, weight), whose weights sum to 1.
+    pub fn from_parts(
+        tilts: impl Iterator<Item = (f64, f64)>,
+        segments: impl Iterator<Item = (f64, f64, f64)>,
+    ) -> Self {
+        let mut curve = Self { tilts: Vec::new(), segments: Vec::new(), ends: Vec::new(), middles: Vec::new() };
+        for (angle, weight) in tilts {
+            add(&mut curve.tilts, angle, weight);
+        }
+        // The difference of antiderivatives loses ε/Δ to rounding, the midpoint Δ²/24 to curvature: they meet at Δ³ = 24 ε.
+        let narrow = num_traits::Float::cbrt(24.0 * R::epsilon().to_double());
+        for (from, to, weight) in segments {
+            curve.segments.push(Segment { from: R::of(from), to: R::of(to), weight: R::of(weight) });
+            if to - from < narrow {
+                add(&mut curve.middles, 0.5 * (from + to), weight);
             } else {
-                let density = weight / (segment.to - segment.from).to_double();
-                add_term(&mut ends, segment.to.to_double(), density);
-                add_term(&mut ends, segment.from.to_double(), -density);
+                add(&mut curve.ends, to, weight / (to - from));
+                add(&mut curve.ends, from, -weight / (to - from));
             }
         }
-        ends.retain(|end| end.weight != R::zero());
-        Self { segments, ends, tilts }
+        // Where one segment goes on as the next of equal density, there is no end.
+        curve.ends.retain(|end| end.weight != R::zero());
+        curve
     }
 
-    /// The segments, all of positive weight.
+    /// The single tilts, distinct.
+    pub fn tilts(&self) -> &[Tilt<R>] {
+        &self.tilts
+    }
+
+    /// The spread-out parts.
     pub fn segments(&self) -> &[Segment<R>] {
         &self.segments
     }
 
-    /// The tilt, in radians, of a thread that has only one.
-    pub fn single_tilt(&self) -> Option<R> {
-        let first = self.segments.first()?.from;
-        self.segments.iter().all(|s| s.from == first && s.to == first).then_some(first)
-    }
-
-    /// The smallest and the largest tilt, radians.
+    /// The smallest and the largest tilt of the segments, radians; 0 and 0 if there are none.
     pub fn hull(&self) -> (R, R) {
-        let ends = || self.segments.iter().flat_map(|s| [s.from, s.to]);
-        (ends().fold(R::infinity(), R::min), ends().fold(R::neg_infinity(), R::max))
+        let from = self.segments.iter().map(|s| s.from).reduce(R::min);
+        let to = self.segments.iter().map(|s| s.to).reduce(R::max);
+        (from.unwrap_or(R::zero()), to.unwrap_or(R::zero()))
     }
 
-    /// Whether tilts δ and −δ are equally frequent, so that the thread looks the same from both of its ends.
-    pub fn is_symmetric(&self) -> bool {
-        let mirrored = |terms: &[Term<R>], sign: f64| {
-            terms.iter().all(|a| {
-                terms.iter().any(|b| {
-                    (a.angle + b.angle).abs() < 1e-9
-                        && (a.weight.to_double() - sign * b.weight.to_double()).abs() < 1e-6 * a.weight.to_double().abs()
-                })
-            })
+    /// Whether the segments hold tilts δ and −δ equally, so that they look the same from both ends of the thread.
+    pub fn segments_are_symmetric(&self) -> bool {
+        let tolerance = R::of(1e-6);
+        let density = |s: &Segment<R>| s.weight / (s.to - s.from);
+        // The density at a tilt is the sum over the segments around it; it can only change at their ends.
+        let at = |delta: R| {
+            let around = self.segments.iter().filter(|s| s.from <= delta && delta <= s.to);
+            around.map(density).fold(R::zero(), |sum, x| sum + x)
         };
-        // The density is even exactly if its antiderivative's jumps (the ends) are odd.
-        mirrored(&self.ends, -1.0) && mirrored(&self.tilts, 1.0)
+        let mut cuts: Vec<R> = self.segments.iter().flat_map(|s| [s.from, s.to, -s.from, -s.to]).collect();
+        cuts.sort_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
+        cuts.windows(2).filter(|pair| pair[1] - pair[0] > tolerance).all(|pair| {
+            let middle = R::of(0.5) * (pair[0] + pair[1]);
+            (at(middle) - at(-middle)).abs() <= tolerance * at(middle).max(at(-middle))
+        })
     }
 
     /// Mean of max(cos(ψ+δ), 0) over the distribution for a direction `w` in thread coordinates: the projection p that
     /// Q sums for the viewer, 3.26. Between 0 and 1.
+    ///
+    /// The antiderivative sin is clamped where the thread turns away, and sin(ψ+o), cos(ψ+o) follow from (x, z) by
+    /// rotation, so that no angle is formed.
     #[inline]
     pub fn projection(&self, w: Vec3<R>) -> R {
         let r = norm2(w[0], w[2]);
-        // Along s every tilt is seen alike but ψ is undefined; the normal's ψ = 0 is as good as any.
+        // Along s the angle ψ is undefined; the normal's 0 is as good as any.
         let (sin_psi, cos_psi) = if r > R::zero() { (w[0] / r, w[2] / r) } else { (R::zero(), R::one()) };
         let mut sum = R::zero();
         for end in &self.ends {
-            let sin = sin_psi * end.cos + cos_psi * end.sin;
-            let cos = cos_psi * end.cos - sin_psi * end.sin;
+            let (sin, cos) = end.rotate(sin_psi, cos_psi);
             sum += end.weight * if cos > R::zero() { sin } else { sin.signum() };
         }
-        for tilt in &self.tilts {
-            sum += tilt.weight * (cos_psi * tilt.cos - sin_psi * tilt.sin).max(R::zero());
+        for tilt in self.middles.iter().chain(&self.tilts) {
+            let (_, cos) = tilt.rotate(sin_psi, cos_psi);
+            sum += tilt.weight * cos.max(R::zero());
         }
         sum.max(R::zero())
     }
 
     /// Mean of P(t, wi, wr), 3.25, over the distribution, for directions in thread coordinates and `u_psi` = u(ψ_d).
     pub fn joint_projection(&self, wi: Vec3<R>, wr: Vec3<R>, u_psi: R) -> R {
-        let angle = |w: Vec3<R>| if norm2(w[0], w[2]) > R::zero() { w[0].atan2(w[2]) } else { R::zero() };
-        let (psi_i, psi_r) = (angle(wi), angle(wr));
+        let (psi_i, psi_r) = (psi(wi), psi(wr));
+        let mut sum = self.joint_visibility(wi, wr, u_psi).projection;
+        for tilt in &self.tilts {
+            let (p_i, p_r) = ((psi_i + tilt.angle).cos().max(R::zero()), (psi_r + tilt.angle).cos().max(R::zero()));
+            sum += tilt.weight * super::cylinder::blend(u_psi, p_i, p_r);
+        }
+        sum
+    }
+
+    /// How the segments look from both directions at once, in closed form over the tilts that face both.
+    #[inline]
+    pub(super) fn joint_visibility(&self, wi: Vec3<R>, wr: Vec3<R>, u_psi: R) -> JointVisibility<R> {
+        let (psi_i, psi_r) = (psi(wi), psi(wr));
         let (psi_min, psi_max) = (psi_i.min(psi_r), psi_i.max(psi_r));
-        let quarter = R::FRAC_PI_2();
-        // ∫ cos over [from, to] as a product, exact for short intervals.
-        let cos_integral = |psi: R, from: R, to: R| {
-            let half = R::of(0.5);
-            R::of(2.0) * (psi + half * (from + to)).cos() * (half * (to - from)).sin()
-        };
-        let mut sum = R::zero();
+        let half = R::of(0.5);
+        let (mut mean, mut first, mut second) = (R::zero(), [R::zero(); 2], [R::zero(); 2]);
         for segment in &self.segments {
-            if segment.is_narrow() {
-                let tilt = segment.middle();
-                let p_i = (psi_i + tilt).cos().max(R::zero());
-                let p_r = (psi_r + tilt).cos().max(R::zero());
-                sum += segment.weight * ((R::one() - u_psi) * p_i * p_r + u_psi * p_i.min(p_r));
+            let from = segment.from.max(-R::FRAC_PI_2() - psi_min);
+            let to = segment.to.min(R::FRAC_PI_2() - psi_max);
+            if !(to > from) {
                 continue;
             }
-            let from = segment.from.min(segment.to).max(-quarter - psi_min);
-            let to = segment.from.max(segment.to).min(quarter - psi_max);
-            if to <= from {
-                continue;
+            let density = segment.weight / (segment.to - segment.from);
+            for (k, psi) in [psi_i, psi_r].into_iter().enumerate() {
+                first[k] += density * integral_cos(psi, from, to);
+                second[k] += density * half * ((to - from) + integral_cos_2(psi + psi, from, to));
             }
             // cos a cos b = (cos(a−b) + cos(a+b))/2, and the smaller cosine is that of the angle further from 0.
-            let product = R::of(0.5)
-                * ((psi_i - psi_r).cos() * (to - from)
-                    + R::of(0.5) * cos_integral(psi_i + psi_r, R::of(2.0) * from, R::of(2.0) * to));
-            let turn = (R::of(-0.5) * (psi_i + psi_r)).max(from).min(to);
-            let smaller = cos_integral(psi_min, from, turn) + cos_integral(psi_max, turn, to);
-            let mean = (R::one() - u_psi) * product + u_psi * smaller;
-            sum += segment.weight * mean / (segment.to - segment.from).abs();
+            let product = half * ((psi_i - psi_r).cos() * (to - from) + integral_cos_2(psi_i + psi_r, from, to));
+            let turn = (-half * (psi_i + psi_r)).max(from).min(to);
+            let smaller = integral_cos(psi_min, from, turn) + integral_cos(psi_max, turn, to);
+            mean += density * ((R::one() - u_psi) * product + u_psi * smaller);
         }
-        sum.max(R::zero())
+        let ratio = |k: usize| if first[k] > R::zero() { (second[k] / first[k]).max(R::zero()) } else { R::zero() };
+        JointVisibility { projection: mean.max(R::zero()), facing_i: ratio(0), facing_r: ratio(1) }
     }
 }
 
-fn add_term<R: Real>(terms: &mut Vec<Term<R>>, angle: f64, weight: f64) {
-    match terms.iter_mut().find(|term| term.angle == angle) {
-        Some(term) => term.weight += R::of(weight),
-        None => {
-            let (sin, cos) = num_traits::Float::sin_cos(angle);
-            terms.push(Term { angle, cos: R::of(cos), sin: R::of(sin), weight: R::of(weight) });
-        }
+/// See [`TangentCurve::joint_visibility`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JointVisibility<R> {
+    /// Mean of P over the whole thread's length.
+    pub(super) projection: R,
+    /// Mean of p² over mean of p for the light, over the jointly visible tilts.
+    pub(super) facing_i: R,
+    /// The same for the viewer.
+    pub(super) facing_r: R,
+}
+
+fn psi<R: Real>(w: Vec3<R>) -> R {
+    if w[0] == R::zero() && w[2] == R::zero() { R::zero() } else { w[0].atan2(w[2]) }
+}
+
+/// ∫ cos(ψ + δ) dδ, as a product so that short intervals keep their precision.
+#[inline(always)]
+fn integral_cos<R: Real>(psi: R, from: R, to: R) -> R {
+    let half = R::of(0.5);
+    R::of(2.0) * (psi + half * (from + to)).cos() * (half * (to - from)).sin()
+}
+
+/// ∫ cos(ψ + 2δ) dδ.
+#[inline(always)]
+fn integral_cos_2<R: Real>(psi: R, from: R, to: R) -> R {
+    (psi + from + to).cos() * (to - from).sin()
+}
+
+fn add<R: Real>(terms: &mut Vec<Tilt<R>>, angle: f64, weight: f64) {
+    let term = Tilt::new(angle, weight);
+    match terms.iter_mut().find(|other| other.angle == term.angle) {
+        Some(other) => other.weight += term.weight,
+        None => terms.push(term),
     }
 }

@@ -58,6 +58,23 @@ impl Thread {
         TangentCurve::new(&self.tangent_offsets, &self.tangent_lengths)
     }
 
+    /// The tilt, in radians, at a place along the thread, `share` ∈ \[0, 1\] of its length.
+    pub fn tilt_at(&self, share: f64) -> f64 {
+        let mut left = share * self.tangent_lengths.iter().sum::<f64>();
+        for (ends, length) in self.tangent_offsets.windows(2).zip(&self.tangent_lengths) {
+            if left < *length {
+                return ends[0] + (ends[1] - ends[0]) * left / length;
+            }
+            left -= length;
+        }
+        self.tangent_offsets.last().copied().unwrap_or(0.0)
+    }
+
+    /// Tilts at the middles of `count` parts of equal length.
+    pub fn midpoints(&self, count: u32) -> impl Iterator<Item = f64> {
+        (0..count).map(move |k| self.tilt_at((f64::from(k) + 0.5) / f64::from(count)))
+    }
+
     /// The thread's frame in the surface.
     pub fn frame<R: Real>(&self) -> ThreadFrame<R> {
         ThreadFrame::new(self.direction)

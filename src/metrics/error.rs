@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::pairs::{Pair, PairKind, protocol_pairs};
 use crate::fabric::Fabric;
 use crate::model::{Model, Rule, Sadeghi};
+use crate::progress::{Cancelled, Progress};
 
 /// Relative error over a set of pairs; all zero for no pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -55,13 +56,24 @@ const VIEW_ANGLES_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
 const STRATA: (usize, usize) = (24, 64);
 
 /// Measures `approximation` against direct integration of `fabric` on `count` protocol pairs.
-pub fn measure(fabric: &Fabric, approximation: &dyn Model<f64>, count: usize, seed: u64) -> ErrorReport {
+///
+/// # Errors
+/// When `progress` says stop.
+pub fn measure(
+    fabric: &Fabric,
+    approximation: &dyn Model<f64>,
+    count: usize,
+    seed: u64,
+    progress: Progress<'_>,
+) -> Result<ErrorReport, Cancelled> {
     let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
     let pairs = protocol_pairs(fabric, count, seed);
-    let values: Vec<([f64; 3], [f64; 3])> = pairs
-        .par_iter()
-        .map(|pair| (reference.eval_cos(pair.wi, pair.wr), approximation.eval_cos(pair.wi, pair.wr)))
-        .collect();
+    let steps = progress.steps(pairs.len());
+    let values = pairs.par_iter().map(|pair| {
+        steps.advance()?;
+        Ok((reference.eval_cos(pair.wi, pair.wr), approximation.eval_cos(pair.wi, pair.wr)))
+    });
+    let values: Vec<([f64; 3], [f64; 3])> = values.collect::<Result<_, Cancelled>>()?;
 
     let mut floor = [0.0; 3];
     let mut renders = 0.0;
@@ -84,13 +96,13 @@ pub fn measure(fabric: &Fabric, approximation: &dyn Model<f64>, count: usize, se
     let is_grazing = |pair: &Pair| pair.wi[2].min(pair.wr[2]) < GRAZING;
     let grazing = pairs.iter().zip(&errors).filter(|(pair, _)| is_grazing(pair)).map(|(_, error)| *error).collect();
     let numbers = 3.0 * pairs.len() as f64;
-    ErrorReport {
+    Ok(ErrorReport {
         seed,
         grazing: quantiles(grazing),
         rmse_over_mean: ratio((squares / numbers).sqrt(), sum / numbers),
         bias: VIEW_ANGLES_DEG.iter().map(|angle| bias(&reference, approximation, *angle)).collect(),
         all: quantiles(errors),
-    }
+    })
 }
 
 /// `error / size`, where no error of nothing is no error.

@@ -16,6 +16,20 @@ mod pairs;
 pub use error::{Bias, ErrorReport, Quantiles, measure};
 pub use pairs::{Pair, PairKind, protocol_pairs};
 
+use crate::model::Model;
+use crate::table::Table;
+
+/// A table as a model among others.
+#[derive(Debug, Clone, Copy)]
+pub struct Baked<'a>(pub &'a Table);
+
+impl Model<f64> for Baked<'_> {
+    fn eval_cos(&self, wi: [f64; 3], wr: [f64; 3]) -> [f64; 3] {
+        let single = |w: [f64; 3]| w.map(|x| x as f32);
+        self.0.eval_cos(single(wi), single(wr)).map(f64::from)
+    }
+}
+
 /// Pairs that `validate` draws unless told otherwise.
 pub const DEFAULT_PAIRS: usize = 65_536;
 /// The seed of every measurement unless told otherwise.

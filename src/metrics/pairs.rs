@@ -58,18 +58,8 @@ fn cosine_weighted(rng: &mut ChaCha8Rng) -> DVec3 {
 /// A direction at which a cylinder of a random tilt of `thread`, jittered by γ_s, reflects light from `wi`: the half of
 /// the cone that leaves the cylinder on its outer side, azimuth uniform.
 fn on_reflection_cone(thread: &Thread, wi: DVec3, rng: &mut ChaCha8Rng) -> DVec3 {
-    let total: f64 = thread.tangent_lengths.iter().sum();
-    let mut left = rng.random::<f64>() * total;
-    let last = thread.tangent_lengths.len() - 1;
-    let mut tilt = thread.tangent_offsets[last + 1];
-    for (ends, length) in thread.tangent_offsets.windows(2).zip(&thread.tangent_lengths) {
-        if left < *length {
-            tilt = ends[0] + (ends[1] - ends[0]) * left / length;
-            break;
-        }
-        left -= length;
-    }
-    tilt += thread.optics.gamma_s * rng.sample::<f64, _>(StandardNormal);
+    let tilt = thread.tilt_at(rng.random())
+        + thread.optics.gamma_s * rng.sample::<f64, _>(StandardNormal);
 
     let along = DVec3::new(thread.direction.cos(), thread.direction.sin(), 0.0);
     let side = DVec3::Z.cross(along);

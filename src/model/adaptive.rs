@@ -42,17 +42,16 @@ pub fn mean_response(
         let (sin, cos) = delta.sin_cos();
         pair.response(optics, cos, sin)
     };
-    let mut single = Response::zero();
-    let mut panels: Vec<Panel> = Vec::new();
+    let single = tangents
+        .tilts()
+        .iter()
+        .fold(Response::zero(), |sum, tilt| sum.plus(tilt.weight, pair.response(optics, tilt.cos, tilt.sin)));
     let cuts = Cuts::new(pair, optics);
+    let mut panels: Vec<Panel> = Vec::new();
     for segment in tangents.segments() {
-        if segment.from == segment.to {
-            single = single.plus(segment.weight, integrand(segment.from));
-            continue;
-        }
-        let density = segment.weight / (segment.to - segment.from).abs();
-        let mut from = segment.from.min(segment.to).max(cuts.visible.0);
-        let end = segment.from.max(segment.to).min(cuts.visible.1);
+        let density = segment.weight / (segment.to - segment.from);
+        let mut from = segment.from.max(cuts.visible.0);
+        let end = segment.to.min(cuts.visible.1);
         for cut in cuts.kinks.iter().copied().filter(|cut| *cut < end).chain([end]) {
             if cut > from {
                 panels.push(Panel::new(from, cut, density, &integrand));

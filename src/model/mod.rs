@@ -4,7 +4,7 @@ mod adaptive;
 mod sadeghi;
 
 pub use adaptive::mean_response;
-pub use sadeghi::{Components, Rule, Sadeghi, ThreadComponents};
+pub use sadeghi::{Components, Rule, Sadeghi};
 
 use crate::math::{Real, Vec3};
 

@@ -36,6 +36,14 @@ impl Encoding {
         }
     }
 
+    /// By how much a value grows with its stored number, there.
+    pub fn slope(self, stored: f64) -> f64 {
+        match self {
+            Self::F32 | Self::F16 => 1.0,
+            Self::SqrtF16 => 2.0 * stored,
+        }
+    }
+
     /// The value, before its scale, of an interpolated stored number. Cubics overshoot: below zero there is no light.
     #[inline(always)]
     pub fn decode(self, stored: f32) -> f32 {

@@ -1,27 +1,46 @@
 //! The 4D table of one thread.
 
-use super::{Axis, Encoding, Samples};
+use super::{Axis, Encoding, Samples, Stencil};
 use crate::chart::Chart;
 
-/// S/F_S and V/F_V of one thread on the nodes of a chart.
+/// S/F_S and V/F_V of one thread's segments on the nodes of a chart.
 ///
-/// Samples are ordered `[u₃][u₂][u₁][u₀][channel]`, the last index fastest, channel 0 of S and 1 of V: the sharp axis'
-/// four interpolated nodes of both channels are contiguous.
+/// Samples are ordered `[u₃][u₂][u₁][u₀][channel]`, the last index fastest, channel 0 of S and 1 of V: the nodes that are
+/// interpolated along the sharp axis are contiguous, both channels together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     pub(crate) chart: Chart,
-    /// Whether only u₀ ≥ ½ is stored, the thread being symmetric under t → −t.
+    /// Whether only u₀ ≥ ½ is stored, the segments looking the same from both ends of the thread.
     pub(crate) folded: bool,
     pub(crate) axes: [Axis; 4],
     pub(crate) encoding: Encoding,
+    /// What decoded values of S/F_S and V/F_V are multiplied by.
     pub(crate) scale: [f32; 2],
     pub(crate) samples: Samples,
 }
 
+/// S and V.
+pub(crate) const CHANNELS: usize = 2;
+
 impl Grid {
-    /// Nodes in the box.
-    pub fn node_count(&self) -> usize {
-        self.axes.iter().map(Axis::len).product()
+    /// The chart that the axes are of.
+    pub fn chart(&self) -> Chart {
+        self.chart
+    }
+
+    /// Whether the table holds the half u₀ ≥ ½ only, for a thread that looks the same from both ends.
+    pub fn is_folded(&self) -> bool {
+        self.folded
+    }
+
+    /// The axes of u₀ to u₃.
+    pub fn axes(&self) -> &[Axis; 4] {
+        &self.axes
+    }
+
+    /// How samples are stored.
+    pub fn encoding(&self) -> Encoding {
+        self.encoding
     }
 
     /// Bytes of samples in memory.
@@ -29,41 +48,42 @@ impl Grid {
         self.samples.len() * self.encoding.bytes()
     }
 
-    /// S/F_S and V/F_V at a point of the box.
-    #[inline(always)]
-    pub(crate) fn interpolate(&self, u: [f32; 4]) -> [f32; 2] {
+    /// S/F_S and V/F_V for a pair in thread coordinates.
+    #[inline]
+    pub(crate) fn ratios(&self, mut wi: [f32; 3], mut wr: [f32; 3]) -> [f32; 2] {
+        if self.folded && wi[0] + wr[0] < 0.0 {
+            wi[0] = -wi[0];
+            wr[0] = -wr[0];
+        }
+        let u = self.chart.coordinates(wi, wr);
         let stencils = [0, 1, 2, 3].map(|k| self.axes[k].stencil(u[k]));
-        let taps = [0, 1, 2, 3].map(|k| self.axes[k].taps());
-        let (n0, n1, n2) = (self.axes[0].len(), self.axes[1].len(), self.axes[2].len());
-        let mut sum = [0.0f32; 2];
+        let sums = match &self.samples {
+            Samples::F32(samples) => self.interpolate(&stencils, samples, |x| x),
+            Samples::F16(samples) => self.interpolate(&stencils, samples, half::f16::to_f32),
+        };
+        [0, 1].map(|channel| self.scale[channel] * self.encoding.decode(sums[channel]))
+    }
+
+    #[inline(always)]
+    fn interpolate<T: Copy>(&self, stencils: &[Stencil; 4], samples: &[T], to_f32: impl Fn(T) -> f32) -> [f32; 2] {
+        let [n0, n1, n2, _] = self.axes.each_ref().map(Axis::len);
+        let taps = self.axes.each_ref().map(Axis::taps);
+        let mut sums = [0.0; CHANNELS];
         for d in 0..taps[3] {
             for c in 0..taps[2] {
-                let w_dc = stencils[3].weights[d] * stencils[2].weights[c];
                 let plane = (stencils[3].first + d) * n2 + stencils[2].first + c;
                 for b in 0..taps[1] {
-                    let w = w_dc * stencils[1].weights[b];
-                    let row = 2 * ((plane * n1 + stencils[1].first + b) * n0 + stencils[0].first);
-                    let line = [0; 4];
-                    let _: [i32; 4] = line;
-                    match &self.samples {
-                        Samples::F32(samples) => {
-                            for (a, pair) in samples[row..row + 2 * taps[0]].chunks_exact(2).enumerate() {
-                                let w = w * stencils[0].weights[a];
-                                sum[0] += w * pair[0];
-                                sum[1] += w * pair[1];
-                            }
-                        }
-                        Samples::F16(samples) => {
-                            for (a, pair) in samples[row..row + 2 * taps[0]].chunks_exact(2).enumerate() {
-                                let w = w * stencils[0].weights[a];
-                                sum[0] += w * pair[0].to_f32();
-                                sum[1] += w * pair[1].to_f32();
-                            }
+                    let row = (plane * n1 + stencils[1].first + b) * n0 + stencils[0].first;
+                    let weight = stencils[3].weights[d] * stencils[2].weights[c] * stencils[1].weights[b];
+                    let nodes = samples[CHANNELS * row..CHANNELS * (row + taps[0])].chunks_exact(CHANNELS);
+                    for (node, w) in nodes.zip(stencils[0].weights) {
+                        for (sum, sample) in sums.iter_mut().zip(node) {
+                            *sum += weight * w * to_f32(*sample);
                         }
                     }
                 }
             }
         }
-        [self.scale[0] * self.encoding.decode(sum[0]), self.scale[1] * self.encoding.decode(sum[1])]
+        sums
     }
 }

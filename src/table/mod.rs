@@ -1,49 +1,125 @@
-//! Tables
+//! Baked fabrics: what is stored, and how it becomes bytes and back.
+//!
+//! A [`Table`] has the parameters of a fabric's visible threads and, for each, a [`Grid`] of its smoothly spread tangents;
+//! single tilts are left to their closed form, which is exact and needs no bytes. `FORMAT.md` describes the file.
+
 mod axis;
 mod encoding;
+mod error;
+mod format;
 mod grid;
 
-pub use axis::{Axis, Interpolation, Stencil};
+pub use axis::{Axis, Interpolation, MAX_NODES, Stencil};
 pub use encoding::{Encoding, Samples};
+pub use error::Error;
+pub use format::{MAJOR, MAX_DECODED_BYTES, MINOR};
 pub use grid::Grid;
 
 use alloc::{string::String, vec::Vec};
+
 use crate::brdf::{Factors, Optics, Reweighting, TangentCurve, ThreadFrame};
 
-/// A baked fabric.
+/// A baked fabric. Evaluation is in [`crate::lookup`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     pub(crate) threads: Vec<ThreadTable>,
+    /// 1 − Σa.
     pub(crate) gap: f32,
+    /// Width of u, radians.
     pub(crate) sigma_u: f32,
     pub(crate) reweighting: Reweighting,
     pub(crate) metadata: String,
 }
 
-/// thread
+impl Table {
+    /// The threads, in the fabric's order, without those of coverage 0.
+    pub fn threads(&self) -> &[ThreadTable] {
+        &self.threads
+    }
+
+    /// How Q weighs tangents.
+    pub fn reweighting(&self) -> Reweighting {
+        self.reweighting
+    }
+
+    /// Bytes of samples in memory, all threads.
+    pub fn decoded_bytes(&self) -> usize {
+        self.threads.iter().filter_map(|thread| thread.grid.as_ref()).map(Grid::bytes).sum()
+    }
+
+    /// TOML text that says what made the table: fabric, settings, tool, measured error.
+    pub fn metadata(&self) -> &str {
+        &self.metadata
+    }
+}
+
+/// Parameters of one thread, as the file has them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ThreadParameters {
+    pub(crate) name: String,
+    /// Radians from x towards y.
+    pub(crate) direction: f64,
+    pub(crate) coverage: f64,
+    pub(crate) albedo: [f64; 3],
+    pub(crate) optics: Optics<f64>,
+    /// (δ, weight).
+    pub(crate) tilts: Vec<(f64, f64)>,
+    /// (from, to, weight).
+    pub(crate) segments: Vec<(f64, f64, f64)>,
+}
+
+/// One thread of a [`Table`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThreadTable {
-    pub(crate) name: String,
+    pub(crate) parameters: ThreadParameters,
     pub(crate) frame: ThreadFrame<f32>,
     pub(crate) coverage: f32,
     pub(crate) albedo: [f32; 3],
     pub(crate) optics: Optics<f32>,
     pub(crate) tangents: TangentCurve<f32>,
     pub(crate) factors: Factors<f32>,
-    pub(crate) form: Form,
+    pub(crate) grid: Option<Grid>,
 }
 
-/// form
-#[derive(Debug, Clone, PartialEq)]
-pub enum Form {
-    /// single tilt
-    Tilt { /// c
-        cos: f32, /// s
-        sin: f32 },
-    /// grid
-    Grid(Grid),
-}
-impl Table {
-    /// bytes
-    pub fn sample_bytes(&self) -> usize { self.threads.iter().map(|t| match &t.form { Form::Grid(g) => g.bytes(), _ => 0 }).sum() }
+impl ThreadTable {
+    pub(crate) fn new(parameters: ThreadParameters, grid: Option<Grid>) -> Self {
+        let optics = parameters.optics.cast();
+        let tangents =
+            TangentCurve::from_parts(parameters.tilts.iter().copied(), parameters.segments.iter().copied());
+        Self {
+            frame: ThreadFrame::new(parameters.direction),
+            coverage: parameters.coverage as f32,
+            albedo: parameters.albedo.map(|channel| channel as f32),
+            factors: Factors::new(&optics, &tangents),
+            optics,
+            tangents,
+            grid,
+            parameters,
+        }
+    }
+
+    /// `warp`, `weft`, …
+    pub fn name(&self) -> &str {
+        &self.parameters.name
+    }
+
+    /// Share of the surface that the thread covers.
+    pub fn coverage(&self) -> f32 {
+        self.coverage
+    }
+
+    /// The fabric's own albedo, linear RGB.
+    pub fn albedo(&self) -> [f32; 3] {
+        self.albedo
+    }
+
+    /// The thread's tangents: segments are in the grid, single tilts are evaluated.
+    pub fn tangents(&self) -> &TangentCurve<f32> {
+        &self.tangents
+    }
+
+    /// The thread's grid; a thread of single tilts has none.
+    pub fn grid(&self) -> Option<&Grid> {
+        self.grid.as_ref()
+    }
 }

@@ -1,0 +1,574 @@
+//! Tables as bytes: `FORMAT.md` says what is where, this file reads and writes it.
+//!
+//! All checks are here. What [`Table::from_bytes`] returns can be evaluated without any.
+
+use alloc::{borrow::ToOwned, string::String, vec, vec::Vec};
+
+use half::f16;
+
+use super::grid::CHANNELS;
+use super::{Axis, Encoding, Error, Grid, Interpolation, MAX_NODES, Samples, Table, ThreadParameters, ThreadTable};
+use crate::brdf::{Optics, Reweighting};
+use crate::chart::Chart;
+
+/// Major version of the format: readers refuse what they do not know.
+pub const MAJOR: u16 = 1;
+/// Minor version of the format.
+pub const MINOR: u16 = 0;
+/// The most memory that samples and metadata of one file may take, whatever its header says.
+pub const MAX_DECODED_BYTES: u64 = 256 << 20;
+
+const MAGIC: [u8; 8] = *b"\x89SATEEN\n";
+/// Headers and chunks begin at multiples of this.
+const ALIGNMENT: usize = 64;
+/// Where the checksummed part of the header begins.
+const CHECKED_FROM: usize = 20;
+const MAX_HEADER_BYTES: usize = 1 << 20;
+const MAX_THREADS: u32 = 64;
+const MAX_PARTS: u32 = 4096;
+
+/// How a chunk's bytes are stored.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Codec {
+    Stored,
+    Zstd,
+    /// zstd over the planes of [`split_planes`].
+    ZstdPlanes,
+}
+
+struct Chunk {
+    codec: Codec,
+    offset: usize,
+    stored_bytes: usize,
+    decoded_bytes: usize,
+    crc: u32,
+}
+
+impl Table {
+    /// Reads a table and checks everything: version, checksums, sizes, ranges, that every number is finite.
+    ///
+    /// # Errors
+    /// [`Error`] says what is wrong. Memory beyond [`MAX_DECODED_BYTES`] is never asked for.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let header = header_of(bytes)?;
+        let mut reader = Reader { bytes: header, offset: CHECKED_FROM };
+        let chunk_count = reader.u32()?;
+        let reweighting = match reader.u8()? {
+            0 => Reweighting::View,
+            1 => Reweighting::Both,
+            _ => return Err(reader.invalid("reweighting")),
+        };
+        reader.zero(3)?;
+        let sigma_u = reader.f32()?;
+        if !(sigma_u > 0.0 && sigma_u.is_finite()) {
+            return Err(reader.invalid("width of u"));
+        }
+        let thread_count = reader.count("number of threads", 0..=MAX_THREADS)?;
+        let mut threads = Vec::new();
+        for _ in 0..thread_count {
+            threads.push(reader.thread()?);
+        }
+        let grid_count = threads.iter().filter(|(_, grid)| grid.is_some()).count();
+        if chunk_count as usize != grid_count + 1 {
+            return Err(reader.invalid("number of chunks"));
+        }
+        let coverage: f64 = threads.iter().map(|(thread, _)| thread.coverage).sum();
+        if coverage > 1.0 + 1e-6 {
+            return Err(reader.invalid("sum of coverages"));
+        }
+        let mut chunks = Vec::new();
+        for _ in 0..chunk_count {
+            chunks.push(reader.chunk()?);
+        }
+        reader.zero(header.len() - reader.offset)?;
+        check_layout(bytes, header.len(), &chunks)?;
+
+        let mut grid_chunks = chunks.iter();
+        let metadata_chunk = grid_chunks.next().ok_or(reader.invalid("number of chunks"))?;
+        let metadata = String::from_utf8(decode(bytes, metadata_chunk, 1, "metadata")?)
+            .map_err(|_| Error::Invalid { what: "metadata is not UTF-8", offset: metadata_chunk.offset })?;
+        let mut loaded = Vec::new();
+        for (parameters, grid) in threads {
+            let grid = match grid {
+                None => None,
+                Some(grid) => {
+                    let chunk = grid_chunks.next().ok_or(reader.invalid("number of chunks"))?;
+                    Some(grid.load(bytes, chunk)?)
+                }
+            };
+            loaded.push(ThreadTable::new(parameters, grid));
+        }
+        Ok(Self {
+            threads: loaded,
+            gap: (1.0 - coverage).max(0.0) as f32,
+            sigma_u,
+            reweighting,
+            metadata,
+        })
+    }
+}
+
+/// The header's bytes, complete and unchanged.
+fn header_of(bytes: &[u8]) -> Result<&[u8], Error> {
+    let magic = &bytes[..bytes.len().min(MAGIC.len())];
+    if magic.is_empty() || magic != &MAGIC[..magic.len()] {
+        return Err(Error::NotATable);
+    }
+    let truncated = |expected: usize| Error::Truncated { expected: expected as u64, found: bytes.len() as u64 };
+    let start = bytes.get(..CHECKED_FROM).ok_or(truncated(CHECKED_FROM))?;
+    let mut reader = Reader { bytes: start, offset: MAGIC.len() };
+    let (major, minor) = (reader.u16()?, reader.u16()?);
+    if major != MAJOR || minor > MINOR {
+        return Err(Error::Version { major, minor });
+    }
+    let length = reader.u32()? as usize;
+    if length > MAX_HEADER_BYTES || length < ALIGNMENT || length % ALIGNMENT != 0 {
+        return Err(Error::Invalid { what: "header length", offset: 12 });
+    }
+    let crc = reader.u32()?;
+    let header = bytes.get(..length).ok_or(truncated(length))?;
+    if crc32fast::hash(&header[CHECKED_FROM..]) != crc {
+        return Err(Error::Checksum { part: "header" });
+    }
+    Ok(header)
+}
+
+/// Chunks follow the header and each other, each at the next aligned offset, and nothing follows them.
+fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<(), Error> {
+    let mut end = header_length;
+    for chunk in chunks {
+        let start = end.next_multiple_of(ALIGNMENT);
+        if chunk.offset != start {
+            return Err(Error::Invalid { what: "chunk offset", offset: chunk.offset });
+        }
+        let padding = bytes.get(end..start).unwrap_or(&[]);
+        if padding.iter().any(|byte| *byte != 0) {
+            return Err(Error::Invalid { what: "padding is not zero", offset: end });
+        }
+        end = start
+            .checked_add(chunk.stored_bytes)
+            .ok_or(Error::Invalid { what: "chunk length", offset: chunk.offset })?;
+    }
+    let (expected, found) = (end as u64, bytes.len() as u64);
+    match found.cmp(&expected) {
+        core::cmp::Ordering::Less => Err(Error::Truncated { expected, found }),
+        core::cmp::Ordering::Greater => Err(Error::TrailingBytes { expected, found }),
+        core::cmp::Ordering::Equal => {
+            let decoded: u64 = chunks.iter().map(|chunk| chunk.decoded_bytes as u64).sum();
+            if decoded > MAX_DECODED_BYTES { Err(Error::TooLarge { bytes: decoded }) } else { Ok(()) }
+        }
+    }
+}
+
+/// A chunk's bytes, checked and decompressed; `word` is the size of its numbers.
+fn decode(bytes: &[u8], chunk: &Chunk, word: usize, part: &'static str) -> Result<Vec<u8>, Error> {
+    let stored = &bytes[chunk.offset..chunk.offset + chunk.stored_bytes];
+    if crc32fast::hash(stored) != chunk.crc {
+        return Err(Error::Checksum { part });
+    }
+    let decoded = match chunk.codec {
+        Codec::Stored => stored.to_owned(),
+        Codec::Zstd => decompress(stored, chunk.decoded_bytes)?,
+        Codec::ZstdPlanes => join_planes(&decompress(stored, chunk.decoded_bytes)?, word),
+    };
+    if decoded.len() == chunk.decoded_bytes { Ok(decoded) } else { Err(Error::Decompression) }
+}
+
+#[cfg(feature = "zstd")]
+fn decompress(stored: &[u8], decoded_bytes: usize) -> Result<Vec<u8>, Error> {
+    zstd::bulk::decompress(stored, decoded_bytes).map_err(|_| Error::Decompression)
+}
+
+#[cfg(not(feature = "zstd"))]
+fn decompress(_: &[u8], _: usize) -> Result<Vec<u8>, Error> {
+    Err(Error::NoZstd)
+}
+
+/// Neighbouring numbers differ little: stores the difference of each little-endian `word` to the one of the node before
+/// it (of the same channel), wrapping, then all words' lowest bytes, all second bytes and so on.
+#[cfg(feature = "zstd")]
+fn split_planes(bytes: &[u8], word: usize) -> Vec<u8> {
+    let count = bytes.len() / word;
+    let mut planes = vec![0; bytes.len()];
+    for i in 0..count {
+        let at = |i: usize| read_word(&bytes[i * word..(i + 1) * word]);
+        let difference = at(i).wrapping_sub(if i < CHANNELS { 0 } else { at(i - CHANNELS) });
+        for k in 0..word {
+            planes[k * count + i] = difference.to_le_bytes()[k];
+        }
+    }
+    planes
+}
+
+/// The inverse of [`split_planes`].
+fn join_planes(planes: &[u8], word: usize) -> Vec<u8> {
+    let count = planes.len() / word;
+    let mut bytes = vec![0; count * word];
+    let mut before = [0u32; CHANNELS];
+    for i in 0..count {
+        let mut difference = 0;
+        for k in 0..word {
+            difference |= u32::from(planes[k * count + i]) << (8 * k);
+        }
+        let value = before[i % CHANNELS].wrapping_add(difference);
+        before[i % CHANNELS] = value;
+        bytes[i * word..(i + 1) * word].copy_from_slice(&value.to_le_bytes()[..word]);
+    }
+    bytes
+}
+
+#[cfg(feature = "zstd")]
+fn read_word(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte))
+}
+
+/// A grid's part of the header.
+struct GridHeader {
+    chart: Chart,
+    folded: bool,
+    encoding: Encoding,
+    scale: [f32; 2],
+    axes: [Axis; 4],
+}
+
+impl GridHeader {
+    fn load(self, bytes: &[u8], chunk: &Chunk) -> Result<Grid, Error> {
+        let word = self.encoding.bytes();
+        // At most 2 · 1024⁴ · 4.
+        let expected = self.axes.iter().map(|axis| axis.len() as u64).product::<u64>() * (CHANNELS * word) as u64;
+        if expected > MAX_DECODED_BYTES {
+            return Err(Error::TooLarge { bytes: expected });
+        }
+        if expected != chunk.decoded_bytes as u64 {
+            return Err(Error::Invalid { what: "size of samples", offset: chunk.offset });
+        }
+        let decoded = decode(bytes, chunk, word, "samples")?;
+        let (samples, finite) = match self.encoding {
+            Encoding::F32 => {
+                let samples: Vec<f32> = decoded
+                    .chunks_exact(4)
+                    .map(|word| f32::from_le_bytes([word[0], word[1], word[2], word[3]]))
+                    .collect();
+                let finite = samples.iter().all(|x| x.is_finite() && *x >= 0.0);
+                (Samples::F32(samples), finite)
+            }
+            Encoding::F16 | Encoding::SqrtF16 => {
+                let samples: Vec<f16> =
+                    decoded.chunks_exact(2).map(|word| f16::from_le_bytes([word[0], word[1]])).collect();
+                // Non-negative finite numbers are exactly the bit patterns below infinity's.
+                let finite = samples.iter().all(|x| x.to_bits() < f16::INFINITY.to_bits());
+                (Samples::F16(samples), finite)
+            }
+        };
+        if !finite {
+            return Err(Error::Invalid { what: "a sample is negative or not finite", offset: chunk.offset });
+        }
+        let Self { chart, folded, encoding, scale, axes } = self;
+        Ok(Grid { chart, folded, axes, encoding, scale, samples })
+    }
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+    offset: usize,
+}
+
+impl Reader<'_> {
+    fn invalid(&self, what: &'static str) -> Error {
+        Error::Invalid { what, offset: self.offset }
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], Error> {
+        let end = self.offset + N;
+        let taken = self.bytes.get(self.offset..end).and_then(|bytes| bytes.try_into().ok());
+        let taken = taken.ok_or(self.invalid("the header ends too soon"))?;
+        self.offset = end;
+        Ok(taken)
+    }
+
+    fn u8(&mut self) -> Result<u8, Error> {
+        self.take::<1>().map(|[byte]| byte)
+    }
+
+    fn u16(&mut self) -> Result<u16, Error> {
+        self.take().map(u16::from_le_bytes)
+    }
+
+    fn u32(&mut self) -> Result<u32, Error> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Result<u64, Error> {
+        self.take().map(u64::from_le_bytes)
+    }
+
+    fn f32(&mut self) -> Result<f32, Error> {
+        self.take().map(f32::from_le_bytes)
+    }
+
+    fn f64_where(&mut self, what: &'static str, valid: impl Fn(f64) -> bool) -> Result<f64, Error> {
+        let x = self.take().map(f64::from_le_bytes)?;
+        if x.is_finite() && valid(x) { Ok(x) } else { Err(self.invalid(what)) }
+    }
+
+    fn count(&mut self, what: &'static str, range: core::ops::RangeInclusive<u32>) -> Result<u32, Error> {
+        let count = self.u32()?;
+        if range.contains(&count) { Ok(count) } else { Err(self.invalid(what)) }
+    }
+
+    /// Bytes that must be zero.
+    fn zero(&mut self, count: usize) -> Result<(), Error> {
+        for _ in 0..count {
+            if self.u8()? != 0 {
+                return Err(self.invalid("reserved bytes are not zero"));
+            }
+        }
+        Ok(())
+    }
+
+    fn size(&mut self) -> Result<usize, Error> {
+        usize::try_from(self.u64()?).map_err(|_| self.invalid("a size exceeds the address space"))
+    }
+
+    fn chunk(&mut self) -> Result<Chunk, Error> {
+        let (offset, stored_bytes, decoded_bytes) = (self.size()?, self.size()?, self.size()?);
+        let crc = self.u32()?;
+        let codec = match self.u32()? {
+            0 => Codec::Stored,
+            1 => Codec::Zstd,
+            2 => Codec::ZstdPlanes,
+            _ => return Err(self.invalid("codec")),
+        };
+        if decoded_bytes as u64 > MAX_DECODED_BYTES {
+            return Err(Error::TooLarge { bytes: decoded_bytes as u64 });
+        }
+        Ok(Chunk { codec, offset, stored_bytes, decoded_bytes, crc })
+    }
+
+    fn thread(&mut self) -> Result<(ThreadParameters, Option<GridHeader>), Error> {
+        let name_bytes = self.count("length of a thread's name", 1..=64)?;
+        let mut name = String::new();
+        for _ in 0..name_bytes {
+            let byte = self.u8()?;
+            if !byte.is_ascii_graphic() {
+                return Err(self.invalid("a thread's name"));
+            }
+            name.push(char::from(byte));
+        }
+        self.zero(self.offset.next_multiple_of(4) - self.offset)?;
+        let within = |limit: f64| move |x: f64| x.abs() <= limit;
+        let unit = |x: f64| (0.0..=1.0).contains(&x);
+        let direction = self.f64_where("direction of a thread", within(7.0))?;
+        let coverage = self.f64_where("coverage", |x| x > 0.0 && x <= 1.0)?;
+        let mut albedo = [0.0; 3];
+        for channel in &mut albedo {
+            *channel = self.f64_where("albedo", |x| x >= 0.0)?;
+        }
+        let optics = Optics {
+            eta: self.f64_where("eta", |x| x >= 1.0)?,
+            k_d: self.f64_where("k_d", unit)?,
+            gamma_s: self.f64_where("gamma_s", |x| x > 0.0)?,
+            gamma_v: self.f64_where("gamma_v", |x| x > 0.0)?,
+        };
+        let quarter = within(core::f64::consts::FRAC_PI_2 + 1e-9);
+        let (mut tilts, mut segments) = (Vec::new(), Vec::new());
+        for _ in 0..self.count("number of tilts", 0..=MAX_PARTS)? {
+            tilts.push((self.f64_where("tilt", quarter)?, self.f64_where("weight of a tilt", unit)?));
+        }
+        for _ in 0..self.count("number of segments", 0..=MAX_PARTS)? {
+            let from = self.f64_where("start of a segment", quarter)?;
+            let to = self.f64_where("end of a segment", |x| quarter(x) && x > from)?;
+            segments.push((from, to, self.f64_where("weight of a segment", unit)?));
+        }
+        let weights = tilts.iter().map(|tilt| tilt.1).chain(segments.iter().map(|segment| segment.2));
+        if (weights.sum::<f64>() - 1.0).abs() > 1e-6 {
+            return Err(self.invalid("sum of a thread's weights"));
+        }
+        let grid = match self.u32()? {
+            0 if segments.is_empty() => None,
+            1 if !segments.is_empty() => Some(self.grid()?),
+            _ => return Err(self.invalid("presence of a grid")),
+        };
+        Ok((ThreadParameters { name, direction, coverage, albedo, optics, tilts, segments }, grid))
+    }
+
+    fn grid(&mut self) -> Result<GridHeader, Error> {
+        let chart = match self.u8()? {
+            0 => Chart::Thesis,
+            1 => Chart::Highlight,
+            _ => return Err(self.invalid("chart")),
+        };
+        let folded = match self.u8()? {
+            0 => false,
+            1 => true,
+            _ => return Err(self.invalid("fold")),
+        };
+        let encoding = match self.u8()? {
+            0 => Encoding::F32,
+            1 => Encoding::F16,
+            2 => Encoding::SqrtF16,
+            _ => return Err(self.invalid("encoding")),
+        };
+        self.zero(1)?;
+        let mut scale = [0.0; CHANNELS];
+        for scale in &mut scale {
+            *scale = self.f32()?;
+            if !(*scale > 0.0 && scale.is_finite()) {
+                return Err(self.invalid("scale"));
+            }
+        }
+        let mut axes = Vec::new();
+        for kink in Chart::KINKS {
+            let nodes = self.u16()? as usize;
+            let interpolation = match self.u8()? {
+                2 => Interpolation::Linear,
+                4 => Interpolation::Cubic,
+                _ => return Err(self.invalid("interpolation")),
+            };
+            self.zero(1)?;
+            if nodes > MAX_NODES {
+                return Err(self.invalid("number of nodes"));
+            }
+            let mut places = Vec::new();
+            for _ in 0..nodes {
+                places.push(self.f32()?);
+            }
+            axes.push(Axis::new(places, interpolation, kink).ok_or(self.invalid("nodes of an axis"))?);
+        }
+        let axes = <[Axis; 4]>::try_from(axes).map_err(|_| self.invalid("axes"))?;
+        Ok(GridHeader { chart, folded, encoding, scale, axes })
+    }
+}
+
+#[cfg(feature = "zstd")]
+mod write {
+    use super::*;
+
+    /// zstd's level: the files are written once and read often.
+    const LEVEL: i32 = 19;
+
+    impl Table {
+        /// The table as a file, `FORMAT.md`. The same table gives the same bytes.
+        ///
+        /// # Errors
+        /// When zstd runs out of memory.
+        pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
+            let grids: Vec<&Grid> = self.threads.iter().filter_map(|thread| thread.grid.as_ref()).collect();
+            let mut contents = vec![(Codec::Zstd, self.metadata.len(), compress(self.metadata.as_bytes())?)];
+            for grid in &grids {
+                let (bytes, word) = (sample_bytes(&grid.samples), grid.encoding.bytes());
+                contents.push((Codec::ZstdPlanes, bytes.len(), compress(&split_planes(&bytes, word))?));
+            }
+
+            let mut body = Vec::new();
+            put_u32(&mut body, contents.len());
+            body.push(u8::from(self.reweighting == Reweighting::Both));
+            body.extend([0; 3]);
+            body.extend(self.sigma_u.to_le_bytes());
+            put_u32(&mut body, self.threads.len());
+            for thread in &self.threads {
+                put_thread(&mut body, thread);
+            }
+            const CHUNK_ENTRY: usize = 32;
+            let header_length = (CHECKED_FROM + body.len() + CHUNK_ENTRY * contents.len()).next_multiple_of(ALIGNMENT);
+            let mut end = header_length;
+            for (codec, decoded_bytes, stored) in &contents {
+                let offset = end.next_multiple_of(ALIGNMENT);
+                for size in [offset, stored.len(), *decoded_bytes] {
+                    body.extend((size as u64).to_le_bytes());
+                }
+                body.extend(crc32fast::hash(stored).to_le_bytes());
+                body.extend((*codec as u32).to_le_bytes());
+                end = offset + stored.len();
+            }
+            body.resize(header_length - CHECKED_FROM, 0);
+
+            let mut bytes = Vec::with_capacity(end);
+            bytes.extend(MAGIC);
+            bytes.extend(MAJOR.to_le_bytes());
+            bytes.extend(MINOR.to_le_bytes());
+            put_u32(&mut bytes, header_length);
+            bytes.extend(crc32fast::hash(&body).to_le_bytes());
+            bytes.extend(body);
+            for (_, _, stored) in contents {
+                bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
+                bytes.extend(stored);
+            }
+            Ok(bytes)
+        }
+    }
+
+    fn compress(bytes: &[u8]) -> Result<Vec<u8>, Error> {
+        zstd::bulk::compress(bytes, LEVEL).map_err(|_| Error::Decompression)
+    }
+
+    fn sample_bytes(samples: &Samples) -> Vec<u8> {
+        match samples {
+            Samples::F32(samples) => samples.iter().flat_map(|x| x.to_le_bytes()).collect(),
+            Samples::F16(samples) => samples.iter().flat_map(|x| x.to_le_bytes()).collect(),
+        }
+    }
+
+    fn put_u32(out: &mut Vec<u8>, x: usize) {
+        // Counts and header lengths that from_bytes accepts are far below 2³².
+        out.extend((x as u32).to_le_bytes());
+    }
+
+    fn put_f64(out: &mut Vec<u8>, x: f64) {
+        out.extend(x.to_le_bytes());
+    }
+
+    fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable) {
+        let ThreadParameters { name, direction, coverage, albedo, optics, tilts, segments } = &thread.parameters;
+        put_u32(out, name.len());
+        out.extend(name.bytes());
+        // The body begins at CHECKED_FROM, a multiple of 4.
+        out.resize(out.len().next_multiple_of(4), 0);
+        for x in [*direction, *coverage].into_iter().chain(*albedo) {
+            put_f64(out, x);
+        }
+        for x in [optics.eta, optics.k_d, optics.gamma_s, optics.gamma_v] {
+            put_f64(out, x);
+        }
+        put_u32(out, tilts.len());
+        for (angle, weight) in tilts {
+            put_f64(out, *angle);
+            put_f64(out, *weight);
+        }
+        put_u32(out, segments.len());
+        for (from, to, weight) in segments {
+            for x in [*from, *to, *weight] {
+                put_f64(out, x);
+            }
+        }
+        put_u32(out, usize::from(thread.grid.is_some()));
+        if let Some(grid) = &thread.grid {
+            put_grid(out, grid);
+        }
+    }
+
+    fn put_grid(out: &mut Vec<u8>, grid: &Grid) {
+        out.push(match grid.chart {
+            Chart::Thesis => 0,
+            Chart::Highlight => 1,
+        });
+        out.push(u8::from(grid.folded));
+        out.push(match grid.encoding {
+            Encoding::F32 => 0,
+            Encoding::F16 => 1,
+            Encoding::SqrtF16 => 2,
+        });
+        out.push(0);
+        for scale in grid.scale {
+            out.extend(scale.to_le_bytes());
+        }
+        for axis in &grid.axes {
+            out.extend((axis.len() as u16).to_le_bytes());
+            out.push(axis.interpolation().taps() as u8);
+            out.push(0);
+            for node in axis.nodes() {
+                out.extend(node.to_le_bytes());
+            }
+        }
+    }
+}
