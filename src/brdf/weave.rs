@@ -17,6 +17,13 @@ impl<R: Real> ThreadResponse<R> {
     pub fn zero() -> Self {
         Self { response: Response::zero(), projection: R::zero() }
     }
+
+    /// The same in another precision.
+    pub fn cast<T: Real>(&self) -> ThreadResponse<T> {
+        let of = |x: R| T::of(x.to_double());
+        let response = Response { surface: of(self.response.surface), volume: of(self.response.volume) };
+        ThreadResponse { response, projection: of(self.projection) }
+    }
 }
 
 /// The sum over threads.

@@ -1,1 +1,46 @@
-fn main(){}
+//! The `sateen` tool: a thin client of the library.
+//!
+//! Data goes to stdout or `-o`, talk to stderr. Exit status: 0 done, 1 error, 2 usage, 3 out of tolerance.
+
+mod args;
+mod bake;
+mod eval;
+mod fabrics;
+mod info;
+mod output;
+mod subject;
+mod validate;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Verb};
+
+/// How a verb ended, short of an error.
+enum Outcome {
+    Done,
+    OutOfTolerance,
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    output::stop_on_interrupt();
+    let quiet = args.quiet;
+    let result = match args.verb {
+        Verb::Fabrics(args) => fabrics::run(&args),
+        Verb::Bake(args) => bake::run(&args, quiet),
+        Verb::Info(args) => info::run(&args),
+        Verb::Eval(args) => eval::run(&args, quiet),
+        Verb::Validate(args) => validate::run(&args, quiet),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::OutOfTolerance) => ExitCode::from(3),
+        Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            output::talk(&format!("error: {error:#}"));
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! The command line.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use sateen::bake::Preset;
+use sateen::chart::Chart;
+use sateen::metrics::{DEFAULT_PAIRS, DEFAULT_SEED};
+use sateen::table::Encoding;
+
+/// Bakes fabric BRDFs into small 4D tables, evaluates them, and tells what the approximation costs.
+#[derive(Parser)]
+#[command(version, max_term_width = 100)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+    /// Say nothing but errors on stderr.
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Verb {
+    Fabrics(FabricsArgs),
+    Bake(BakeArgs),
+    Info(InfoArgs),
+    Eval(EvalArgs),
+    Validate(ValidateArgs),
+}
+
+/// List the fabrics of the library.
+#[derive(clap::Args)]
+pub(crate) struct FabricsArgs {
+    /// Print every parameter as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Bake fabrics into tables and print the error of each.
+#[derive(clap::Args)]
+pub(crate) struct BakeArgs {
+    /// Names from the library, or TOML files.
+    #[arg(value_name = "FABRIC", required_unless_present = "all")]
+    pub(crate) fabrics: Vec<String>,
+    /// Bake the whole library.
+    #[arg(long, conflicts_with = "fabrics")]
+    pub(crate) all: bool,
+    /// The file to write, or the folder for several [default: NAME.sateen in the current folder].
+    #[arg(short, long, value_name = "PATH")]
+    pub(crate) output: Option<PathBuf>,
+    /// How large and how accurate.
+    #[arg(long, value_enum, default_value_t = PresetArg::Standard)]
+    pub(crate) preset: PresetArg,
+    /// The four coordinates of the table [default: the preset's].
+    #[arg(long, value_enum)]
+    pub(crate) chart: Option<ChartArg>,
+    /// How samples are stored [default: the preset's].
+    #[arg(long, value_enum)]
+    pub(crate) encoding: Option<EncodingArg>,
+    /// Which of the named albedos of a TOML file is the table's own.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
+    /// Threads to work with [default: all cores]. The result does not depend on it.
+    #[arg(short, long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Print sizes and errors as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Say what a table is and what made it.
+#[derive(clap::Args)]
+pub(crate) struct InfoArgs {
+    #[arg(value_name = "TABLE")]
+    pub(crate) table: PathBuf,
+    /// Print everything, nodes included, as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print the fabric's parameters as the TOML file that was baked.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) toml: bool,
+}
+
+/// Evaluate pairs of directions.
+///
+/// Reads CSV with the columns wi_x, wi_y, wi_z (to the light) and wr_x, wr_y, wr_z (to the viewer) in the surface frame: x
+/// warp, y weft, z normal. Appends rho_r, rho_g, rho_b: BRDF × cosine, 1/sr, linear RGB. Other columns pass through.
+#[derive(clap::Args)]
+pub(crate) struct EvalArgs {
+    /// A table, a name from the library, or a TOML file.
+    #[arg(value_name = "TABLE|FABRIC")]
+    pub(crate) subject: String,
+    /// The CSV file of pairs, or - for stdin.
+    #[arg(long, value_name = "CSV")]
+    pub(crate) pairs: PathBuf,
+    /// The CSV file to write [default: stdout].
+    #[arg(short, long, value_name = "CSV")]
+    pub(crate) output: Option<PathBuf>,
+    /// table, midpoint:N (the thesis takes 50) or reference [default: table for a table, else reference].
+    #[arg(long, value_parser = parse_evaluator)]
+    pub(crate) evaluator: Option<Evaluator>,
+    /// Append S, V and P of every thread, and Q, too.
+    #[arg(long)]
+    pub(crate) components: bool,
+    /// Which of the named albedos of a TOML file to use.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
+}
+
+/// Measure tables against direct integration.
+///
+/// Relative error is max over channels of |table − direct| / (direct + 1 % of the mean), over pairs of which half are
+/// cosine-weighted and half near highlights, the same for the same seed.
+#[derive(clap::Args)]
+pub(crate) struct ValidateArgs {
+    #[arg(value_name = "TABLE", required = true)]
+    pub(crate) tables: Vec<PathBuf>,
+    /// Exit with status 3 when the mean relative error of any table exceeds this (0.01 or 1%).
+    #[arg(long, value_name = "E", value_parser = parse_share)]
+    pub(crate) max_error: Option<f64>,
+    /// How many pairs of directions.
+    #[arg(long, value_name = "N", default_value_t = NonZeroUsize::new(DEFAULT_PAIRS).expect("not zero"))]
+    pub(crate) pairs: NonZeroUsize,
+    /// The seed that draws them.
+    #[arg(long, value_name = "SEED", default_value_t = DEFAULT_SEED)]
+    pub(crate) seed: u64,
+    /// Threads to work with [default: all cores].
+    #[arg(short, long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum PresetArg {
+    /// At most 512 KiB in memory.
+    Draft,
+    /// At most 4 MiB in memory.
+    Standard,
+    /// At most 32 MiB in memory; takes minutes.
+    Fine,
+}
+
+impl From<PresetArg> for Preset {
+    fn from(preset: PresetArg) -> Self {
+        match preset {
+            PresetArg::Draft => Self::Draft,
+            PresetArg::Standard => Self::Standard,
+            PresetArg::Fine => Self::Fine,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum ChartArg {
+    /// (θ_h, θ_d, φ_d, roll).
+    Thesis,
+    /// (ψ of the half vector, θ_d, φ_d, φ_h).
+    Highlight,
+}
+
+impl From<ChartArg> for Chart {
+    fn from(chart: ChartArg) -> Self {
+        match chart {
+            ChartArg::Thesis => Self::Thesis,
+            ChartArg::Highlight => Self::Highlight,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum EncodingArg {
+    /// 32-bit floats.
+    F32,
+    /// Half floats.
+    F16,
+    /// Half floats of the square root.
+    SqrtF16,
+}
+
+impl From<EncodingArg> for Encoding {
+    fn from(encoding: EncodingArg) -> Self {
+        match encoding {
+            EncodingArg::F32 => Self::F32,
+            EncodingArg::F16 => Self::F16,
+            EncodingArg::SqrtF16 => Self::SqrtF16,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Evaluator {
+    Table,
+    Midpoint(u32),
+    Reference,
+}
+
+const MAX_MIDPOINTS: u32 = 1_000_000;
+
+fn parse_evaluator(text: &str) -> Result<Evaluator, String> {
+    match text.split_once(':') {
+        None if text == "table" => Ok(Evaluator::Table),
+        None if text == "reference" => Ok(Evaluator::Reference),
+        Some(("midpoint", count)) => match count.parse() {
+            Ok(count) if (1..=MAX_MIDPOINTS).contains(&count) => Ok(Evaluator::Midpoint(count)),
+            _ => Err(format!("midpoint:N takes 1 to {MAX_MIDPOINTS} samples")),
+        },
+        _ => Err("it is one of table, midpoint:N, reference".to_owned()),
+    }
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    match number.trim().parse::<f64>() {
+        Ok(share) if share >= 0.0 && share.is_finite() => Ok(share * unit),
+        _ => Err("it is a share like 0.01 or 1%".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn evaluators_and_shares_are_understood() {
+        assert_eq!(parse_evaluator("midpoint:50"), Ok(Evaluator::Midpoint(50)));
+        assert_eq!(parse_evaluator("reference"), Ok(Evaluator::Reference));
+        for bad in ["midpoint", "midpoint:0", "midpoint:-1", "midpoint:9999999", "quad", ""] {
+            assert!(parse_evaluator(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_share("1%"), Ok(0.01));
+        assert_eq!(parse_share("0.5"), Ok(0.5));
+        for bad in ["", "%", "-1", "nan", "inf", "x"] {
+            assert!(parse_share(bad).is_err(), "{bad}");
+        }
+    }
+}

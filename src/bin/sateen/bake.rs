@@ -1,0 +1,92 @@
+//! `sateen bake`
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use sateen::bake::{Preset, Provenance, Settings, bake};
+use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
+use sateen::progress::Progress;
+use serde_json::{Value, json};
+
+use crate::Outcome;
+use crate::args::BakeArgs;
+use crate::output::{Bar, Output, bytes, error_lines, print, print_json, use_threads};
+use crate::subject::load_fabric;
+
+pub(crate) fn run(args: &BakeArgs, quiet: bool) -> Result<Outcome> {
+    use_threads(args.jobs)?;
+    let fabrics: Vec<Fabric> = if args.all {
+        LIBRARY.iter().map(LibraryEntry::load).collect()
+    } else {
+        let load = |name: &String| load_fabric(name, args.variant.as_deref());
+        args.fabrics.iter().map(load).collect::<Result<_>>()?
+    };
+    let paths = output_paths(&fabrics, args.output.as_deref())?;
+    let outputs: Vec<Output> = paths.iter().map(|path| Output::prepare(path)).collect::<Result<_>>()?;
+    let settings = settings(args);
+
+    let mut bar = Bar::new(fabrics.len(), quiet);
+    let mut results = Vec::new();
+    for ((fabric, path), output) in fabrics.iter().zip(&paths).zip(&outputs) {
+        bar.begin(&fabric.name);
+        let start = Instant::now();
+        let report = |share: f64| bar.report(share);
+        let interrupted = || format!("{} was not written", path.display());
+        let table = bake(fabric, &settings, Progress::new(&report)).with_context(interrupted)?;
+        let file = table.to_bytes().with_context(interrupted)?;
+        output.write(&file)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let error = Provenance::of(&table).context("metadata just written")?.error;
+        if args.json {
+            results.push(json!({
+                "fabric": fabric.name,
+                "path": path,
+                "decoded_bytes": table.decoded_bytes(),
+                "file_bytes": file.len(),
+                "seconds": seconds,
+                "error": error,
+            }));
+        } else {
+            let sizes = format!("{} in memory, {} in the file", bytes(table.decoded_bytes()), bytes(file.len()));
+            let text = format!("{}: {sizes}, {seconds:.1} s\n{}", path.display(), error_lines(&error));
+            bar.suspend(|| print(&text))?;
+        }
+    }
+    if args.json {
+        print_json(&Value::from(results))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn settings(args: &BakeArgs) -> Settings {
+    let mut settings = Preset::from(args.preset).settings();
+    if let Some(chart) = args.chart {
+        settings.chart = chart.into();
+    }
+    if let Some(encoding) = args.encoding {
+        settings.encoding = encoding.into();
+    }
+    settings
+}
+
+/// One file per fabric: `output` itself for one, files in the folder `output` for several.
+fn output_paths(fabrics: &[Fabric], output: Option<&Path>) -> Result<Vec<PathBuf>> {
+    let file_name = |fabric: &Fabric| format!("{}.sateen", fabric.name);
+    let folder = match output {
+        None => Path::new(""),
+        Some(path) if path.is_dir() || path.as_os_str().to_string_lossy().ends_with('/') => path,
+        Some(path) if fabrics.len() == 1 => return Ok(vec![path.to_owned()]),
+        Some(path) if path.exists() => bail!("-o {}: {} tables need a folder, but this is a file", path.display(), fabrics.len()),
+        Some(path) => path,
+    };
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for fabric in fabrics {
+        let path = folder.join(file_name(fabric));
+        if paths.contains(&path) {
+            bail!("two fabrics are called {}, and both would be {}", fabric.name, path.display());
+        }
+        paths.push(path);
+    }
+    Ok(paths)
+}

@@ -1,0 +1,117 @@
+//! `sateen info`
+
+use anyhow::Result;
+use sateen::bake::Provenance;
+use sateen::fabric::Fabric;
+use sateen::table::{Axis, Grid, MAJOR, MINOR, Table, ThreadTable};
+use serde_json::{Value, json};
+
+use crate::Outcome;
+use crate::args::InfoArgs;
+use crate::output::{bytes, error_lines, print, print_json};
+use crate::subject::{load_table, provenance};
+
+pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
+    let (table, file_bytes) = load_table(&args.table)?;
+    let (provenance, fabric) = provenance(&table, &args.table)?;
+    if args.toml {
+        print(&provenance.fabric.toml)?;
+    } else if args.json {
+        print_json(&info_json(&table, &provenance, file_bytes))?;
+    } else {
+        print(&info_text(&table, &provenance, &fabric, file_bytes))?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes: usize) -> String {
+    let settings = &provenance.settings;
+    let preset = format!("{:?}", settings.preset).to_lowercase();
+    let mut text = format!(
+        "{}: {}\n  source     {}\n  made by    {}, preset {preset}, target error {} %, at most {} in memory\n",
+        fabric.name,
+        fabric.title,
+        fabric.source,
+        provenance.tool,
+        100.0 * settings.target_error,
+        bytes(settings.max_bytes),
+    );
+    text += &format!(
+        "  size       {} in memory, {} in the file, format {MAJOR}.{MINOR}\n",
+        bytes(table.decoded_bytes()),
+        bytes(file_bytes)
+    );
+    text += &format!("  projection {:?}\n", table.reweighting()).to_lowercase();
+    for thread in table.threads() {
+        text += &thread_text(thread);
+    }
+    for thread in fabric.threads.iter().filter(|thread| !thread.is_visible()) {
+        text += &format!("  {:<10} left out: it covers nothing\n", thread.name);
+    }
+    text += &format!("recorded error against direct integration, seed {}\n", provenance.error.seed);
+    text + &error_lines(&provenance.error)
+}
+
+fn thread_text(thread: &ThreadTable) -> String {
+    let mut parts = vec![format!("covers {:.0} %", 100.0 * thread.coverage())];
+    let tilts: Vec<String> =
+        thread.tangents().tilts().iter().map(|tilt| format!("{:.0}°", tilt.angle.to_degrees())).collect();
+    if !tilts.is_empty() {
+        parts.push(format!("tilts {} in closed form", tilts.join(" ")));
+    }
+    if let Some(grid) = thread.grid() {
+        parts.push(grid_text(grid));
+    }
+    format!("  {:<10} {}\n", thread.name(), parts.join(", "))
+}
+
+fn grid_text(grid: &Grid) -> String {
+    let names = grid.chart().axis_names();
+    let axis = |(axis, name): (&Axis, &str)| {
+        let order = format!("{:?}", axis.interpolation()).to_lowercase();
+        format!("{name} {} {order}", axis.len())
+    };
+    let axes: Vec<String> = grid.axes().iter().zip(names).map(axis).collect();
+    let fold = if grid.is_folded() { ", folded at psi = 0 (both ends look the same)" } else { "" };
+    format!("grid {} as {:?}, {}{fold}", axes.join(" × "), grid.encoding(), bytes(grid.bytes()))
+}
+
+fn info_json(table: &Table, provenance: &Provenance, file_bytes: usize) -> Value {
+    let axis = |(axis, name): (&Axis, &str)| {
+        json!({ "name": name, "interpolation": axis.interpolation(), "nodes": axis.nodes() })
+    };
+    let grid = |grid: &Grid| {
+        json!({
+            "chart": grid.chart(),
+            "encoding": grid.encoding(),
+            "folded": grid.is_folded(),
+            "bytes": grid.bytes(),
+            "axes": grid.axes().iter().zip(grid.chart().axis_names()).map(axis).collect::<Value>(),
+        })
+    };
+    let thread = |thread: &ThreadTable| {
+        let tangents = thread.tangents();
+        let tilts = tangents.tilts().iter().map(|tilt| json!({ "angle": tilt.angle, "weight": tilt.weight }));
+        let segments =
+            tangents.segments().iter().map(|part| json!({ "from": part.from, "to": part.to, "weight": part.weight }));
+        json!({
+            "name": thread.name(),
+            "coverage": thread.coverage(),
+            "albedo": thread.albedo(),
+            "tilts": tilts.collect::<Value>(),
+            "segments": segments.collect::<Value>(),
+            "grid": thread.grid().map(grid),
+        })
+    };
+    json!({
+        "format": format!("{MAJOR}.{MINOR}"),
+        "file_bytes": file_bytes,
+        "decoded_bytes": table.decoded_bytes(),
+        "reweighting": table.reweighting(),
+        "threads": table.threads().iter().map(thread).collect::<Value>(),
+        "tool": provenance.tool,
+        "settings": provenance.settings,
+        "fabric": provenance.fabric,
+        "error": provenance.error,
+    })
+}

@@ -1,0 +1,205 @@
+//! What all verbs do with files, stdout, stderr and interrupts.
+
+use std::fs::{self, File};
+use std::io::{self, IsTerminal, Write};
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use sateen::metrics::{ErrorReport, Quantiles};
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// From now on Ctrl-C, SIGTERM and SIGHUP make long work end early with an error; a second one ends it at once.
+pub(crate) fn stop_on_interrupt() {
+    let handler = || {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(1);
+        }
+    };
+    // Without a handler the process just dies, which leaves nothing half written either.
+    let _ = ctrlc::set_handler(handler);
+}
+
+/// Says something to the person at the terminal.
+#[expect(clippy::print_stderr, reason = "the one place where the tool talks")]
+pub(crate) fn talk(text: &str) {
+    eprintln!("sateen: {text}");
+}
+
+pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| {
+        cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+    })
+}
+
+/// Writes text to stdout.
+pub(crate) fn print(text: &str) -> Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("cannot write to stdout")
+}
+
+/// Prints a value as JSON.
+pub(crate) fn print_json(value: &serde_json::Value) -> Result<()> {
+    print(&format!("{value:#}\n"))
+}
+
+/// A file that appears under its name when it is complete, and not before.
+pub(crate) struct Output {
+    path: PathBuf,
+    /// Where the bytes go: `path`, or what it links to.
+    target: PathBuf,
+    /// Devices and pipes are written to, not replaced.
+    is_special: bool,
+}
+
+impl Output {
+    /// Makes sure, before any work, that `path` can be written: missing folders are made.
+    pub(crate) fn prepare(path: &Path) -> Result<Self> {
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let found = fs::metadata(&target);
+        let is_special = found.as_ref().is_ok_and(|found| !found.is_file() && !found.is_dir());
+        let output = Self { path: path.to_owned(), target, is_special };
+        if found.is_ok_and(|found| found.is_dir()) {
+            anyhow::bail!("cannot write {}: it is a folder; name a file with -o", path.display());
+        }
+        if !is_special {
+            let folder = output.folder();
+            fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            // Dropped and so removed at once: it was only to find out.
+            output.temporary()?;
+        }
+        Ok(output)
+    }
+
+    /// Writes the whole file.
+    pub(crate) fn write(&self, bytes: &[u8]) -> Result<()> {
+        let cannot = || format!("cannot write {}", self.path.display());
+        if self.is_special {
+            return File::options().write(true).open(&self.target).and_then(|mut file| file.write_all(bytes)).with_context(cannot);
+        }
+        let mut file = self.temporary()?;
+        file.write_all(bytes).and_then(|()| file.as_file().sync_all()).with_context(cannot)?;
+        file.persist(&self.target).map_err(|error| error.error).with_context(cannot)?;
+        Ok(())
+    }
+
+    fn folder(&self) -> &Path {
+        match self.target.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        }
+    }
+
+    /// A file beside the target, removed when dropped.
+    fn temporary(&self) -> Result<tempfile::NamedTempFile> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".sateen-").suffix(".tmp");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // As any new file, less the umask.
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        builder.tempfile_in(self.folder()).with_context(|| format!("cannot write {}", self.path.display()))
+    }
+}
+
+/// A bar over `count` pieces of work, shown on a terminal only.
+pub(crate) struct Bar {
+    bar: ProgressBar,
+    piece: usize,
+}
+
+const STEPS_PER_PIECE: u64 = 1000;
+
+impl Bar {
+    pub(crate) fn new(count: usize, quiet: bool) -> Self {
+        let bar = ProgressBar::new(count as u64 * STEPS_PER_PIECE);
+        if quiet || !io::stderr().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        } else {
+            bar.enable_steady_tick(Duration::from_millis(250));
+        }
+        let style = ProgressStyle::with_template("{msg:32!} {wide_bar} {percent:>3} %  {elapsed} gone, {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Self { bar, piece: 0 }
+    }
+
+    /// Begins the next piece.
+    pub(crate) fn begin(&mut self, name: &str) {
+        self.bar.set_message(name.to_owned());
+        self.bar.set_position(self.piece as u64 * STEPS_PER_PIECE);
+        self.piece += 1;
+    }
+
+    /// Shows how far the piece is; says stop after an interrupt.
+    pub(crate) fn report(&self, share: f64) -> ControlFlow<()> {
+        let before = (self.piece.max(1) - 1) as u64 * STEPS_PER_PIECE;
+        let position = before + (share * STEPS_PER_PIECE as f64) as u64;
+        if position > self.bar.position() {
+            self.bar.set_position(position);
+        }
+        if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Takes the bar away while something else is written.
+    pub(crate) fn suspend<T>(&self, write: impl FnOnce() -> T) -> T {
+        self.bar.suspend(write)
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Fails after an interrupt, for work that reports no progress.
+pub(crate) fn check_interrupt() -> Result<()> {
+    if INTERRUPTED.load(Ordering::Relaxed) { Err(sateen::progress::Cancelled.into()) } else { Ok(()) }
+}
+
+/// Sets the number of threads for all parallel work.
+pub(crate) fn use_threads(jobs: Option<NonZeroUsize>) -> Result<()> {
+    let Some(jobs) = jobs else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(jobs.get())
+        .build_global()
+        .with_context(|| format!("cannot start {jobs} threads; lower -j"))
+}
+
+/// `4.12 MB`.
+pub(crate) fn bytes(count: usize) -> String {
+    match count {
+        0..1000 => format!("{count} B"),
+        1000..1_000_000 => format!("{:.1} kB", count as f64 / 1e3),
+        _ => format!("{:.2} MB", count as f64 / 1e6),
+    }
+}
+
+/// The error of a table, for people.
+pub(crate) fn error_lines(error: &ErrorReport) -> String {
+    let percent = |x: f64| format!("{:.3} %", 100.0 * x);
+    let mut lines = format!(
+        "  relative error {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>8}\n",
+        "mean", "p50", "p95", "p99", "p99.9", "max", "pairs"
+    );
+    for (name, Quantiles { pairs, mean, p50, p95, p99, p999, max }) in
+        [("all", &error.all), ("grazing", &error.grazing)]
+    {
+        let values = [mean, p50, p95, p99, p999, max].map(|x| format!("{:>10}", percent(*x))).join(" ");
+        lines += &format!("    {name:<12} {values} {pairs:>8}\n");
+    }
+    lines += &format!("  RMSE / mean      {:>8}\n", percent(error.rmse_over_mean));
+    lines += "  directional reflectance (bias)";
+    for bias in &error.bias {
+        let sign = if bias.bias < 0.0 { '−' } else { '+' };
+        lines += &format!("   {}°: {:.3} ({sign}{})", bias.view_deg, bias.reflectance, percent(bias.bias.abs()));
+    }
+    lines + "\n"
+}
