@@ -1,7 +1,54 @@
 //! sateen bakes anisotropic fabric BRDFs into small 4D tables, evaluates them fast, and tells what the approximation costs.
+//!
+//! ```
+//! # #[cfg(feature = "bake")] {
+//! use sateen::bake::{Preset, bake};
+//! use sateen::fabric::Fabric;
+//! use sateen::progress::Progress;
+//!
+//! let fabric = Fabric::from_library("faux-suede").unwrap();
+//! let table = bake(&fabric, &Preset::Draft.settings(), Progress::silent()).unwrap();
+//!
+//! let (wi, wr) = ([0.0, 0.6, 0.8], [0.0, 0.0, 1.0]);
+//! let [r, g, b] = table.eval(wi, wr);
+//! assert!(r > g && g > b && b > 0.0);
+//! # }
+//! ```
+//!
+//! An engine loads the bytes of a file with [`table::Table::from_bytes`], which checks everything, and calls
+//! [`table::Table::eval`] or [`table::Table::eval_cos`], which cannot fail.
+//!
+//! # Conventions
+//!
+//! - Surface frame: x = warp direction, y = weft direction, z = normal. Directions are unit vectors that point away from
+//!   the surface: `wi` to the light, `wr` to the viewer.
+//! - `eval` is the BRDF \[1/sr\] **without** the cosine. `eval_cos` = ρ is BRDF × cosine, the kernel of
+//!   L_r = ∫ ρ L_i dwi. (pbrt's `f` excludes the cosine; Mitsuba's `eval` includes it, and its `wi` is the viewer.)
+//! - Colours are linear RGB. Angles are radians in memory, degrees in files and under names that end in `_deg`.
+//! - A thread's S (surface) and V (volume, for albedo 1) are achromatic. Tables hold no albedo: dyeing is a run-time
+//!   multiplication.
+//!
+//! # Modules
+//!
+//! Each names only those before it: [`math`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
+//! [`fabric`] ← [`model`] ← [`metrics`] ← [`bake`], which also use the former. The tool uses only what is public here.
+//!
+//! # Features
+//!
+//! | feature | what it adds |
+//! |---|---|
+//! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
+//! | `zstd` | loading of compressed tables, which is what `bake` writes |
+//! | `bake` | [`fabric`], [`model`], [`metrics`], [`mod@bake`] |
+//! | `cli` | the tool; the default |
+//!
+//! The core without features is `no_std` and needs `alloc`.
 #![cfg_attr(not(feature = "std"), no_std)]
 
 extern crate alloc;
+
+#[cfg(not(any(feature = "std", feature = "libm")))]
+compile_error!("sateen needs one of the features `std` and `libm`");
 
 pub mod brdf;
 pub mod chart;

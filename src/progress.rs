@@ -22,7 +22,11 @@ pub struct Progress<'a> {
 impl<'a> Progress<'a> {
     /// The whole of the work.
     pub fn new(report: Report<'a>) -> Self {
-        Self { report, from: 0.0, to: 1.0 }
+        Self {
+            report,
+            from: 0.0,
+            to: 1.0,
+        }
     }
 
     /// Work that nobody watches.
@@ -33,12 +37,20 @@ impl<'a> Progress<'a> {
     /// The part of this stretch between two shares of it.
     pub fn part(&self, from: f64, to: f64) -> Self {
         let at = |share: f64| self.from + (self.to - self.from) * share;
-        Self { report: self.report, from: at(from), to: at(to) }
+        Self {
+            report: self.report,
+            from: at(from),
+            to: at(to),
+        }
     }
 
     /// Divides the stretch into equal steps.
     pub fn steps(&self, count: usize) -> Steps<'a> {
-        Steps { progress: *self, count: count.max(1) as f64, done: AtomicU64::new(0) }
+        Steps {
+            progress: *self,
+            count: count.max(1) as f64,
+            done: AtomicU64::new(0),
+        }
     }
 }
 

@@ -73,11 +73,15 @@ proptest! {
 fn the_highlight_of_a_tilted_segment_is_a_plane_of_the_box() {
     for tilt_deg in [-60.0, -25.0, 0.0, 5.0, 40.0f64] {
         let tilt = tilt_deg.to_radians();
-        for (x, phi_i, phi_r) in [(0.1, 0.3, -0.2), (-0.4, 0.0, 1.0), (0.6, -0.9, -0.8f64)] {
-            let r = (1.0 - x * x as f64).sqrt();
+        for (x, phi_i, phi_r) in [(0.1, 0.3, -0.2), (-0.4, 0.0, 1.0), (0.6f64, -0.9, -0.8f64)] {
+            let r = (1.0 - x * x).sqrt();
             let to_thread = |x: f64, phi: f64| {
                 let (y, z) = (r * phi.sin(), r * phi.cos());
-                [tilt.cos() * x - tilt.sin() * z, y, tilt.cos() * z + tilt.sin() * x]
+                [
+                    tilt.cos() * x - tilt.sin() * z,
+                    y,
+                    tilt.cos() * z + tilt.sin() * x,
+                ]
             };
             let (wi, wr) = (to_thread(x, phi_i), to_thread(-x, phi_r));
             let u = Chart::Highlight.coordinates(wi, wr);
@@ -91,15 +95,24 @@ fn special_pairs_have_the_stated_coordinates() {
     let w = [0.3f64, 0.4, (1.0 - 0.25f64).sqrt()];
     for chart in Chart::ALL {
         let u = chart.coordinates(w, w);
-        assert!((u[1] - 0.5).abs() < 1e-12 && (u[2] - 0.5).abs() < 1e-12, "wi = wr: {u:?}");
+        assert!(
+            (u[1] - 0.5).abs() < 1e-12 && (u[2] - 0.5).abs() < 1e-12,
+            "wi = wr: {u:?}"
+        );
         let u = chart.coordinates(w, [-w[0], -w[1], w[2]]);
-        assert!((u[0] - 0.5).abs() < 1e-12 && u[3].abs() < 1e-12, "mirror pair: {u:?}");
+        assert!(
+            (u[0] - 0.5).abs() < 1e-12 && u[3].abs() < 1e-12,
+            "mirror pair: {u:?}"
+        );
         let along = [1.0, 0.0, 0.0];
         let u = chart.coordinates(along, along);
         assert_eq!(u[1..], [0.5, 0.5, 0.0], "both along the thread");
         let beside = [0.0, 1.0, 0.0f64];
         let u = chart.coordinates(beside, beside);
-        assert!((u[2] - 0.5).abs() < 1e-12 && u[3] > 1.0 - 1e-12, "both at the horizon beside the thread: {u:?}");
+        assert!(
+            (u[2] - 0.5).abs() < 1e-12 && u[3] > 1.0 - 1e-12,
+            "both at the horizon beside the thread: {u:?}"
+        );
         let u = chart.coordinates([0.0, 1.0, 0.0], [0.0, 0.0, 1.0f64]);
         assert!((u[2] - 1.0).abs() < 1e-12, "light at the horizon: {u:?}");
         let u = chart.coordinates([0.0, 0.0, 1.0], [0.0, 1.0, 0.0f64]);

@@ -19,18 +19,24 @@ pub(super) fn fill_grid(
         let at = |k: usize, index: usize| f64::from(axes[k].nodes()[index]);
         let rest = [at(1, row % n1), at(2, row / n1 % n2), at(3, row / n1 / n2)];
         let values = axes[0].nodes().iter().map(|u0| {
-            integrand.at_point([f64::from(*u0), rest[0], rest[1], rest[2]]).ratios()
+            integrand
+                .at_point([f64::from(*u0), rest[0], rest[1], rest[2]])
+                .ratios()
         });
         let values = fill_invisible(values.collect());
         steps.advance().map(|()| values)
     };
-    let rows: Vec<Vec<[f64; 2]>> = (0..n1 * n2 * n3).into_par_iter().map(row).collect::<Result<_, _>>()?;
+    let rows: Vec<Vec<[f64; 2]>> = (0..n1 * n2 * n3)
+        .into_par_iter()
+        .map(row)
+        .collect::<Result<_, _>>()?;
     let values = || rows.iter().flatten();
     let scale = [0, 1].map(|channel| {
         let largest = values().map(|value| value[channel]).fold(0.0, f64::max);
         if largest > 0.0 { largest } else { 1.0 }
     });
-    let stored = values().flat_map(|value| [0, 1].map(|channel| encoding.encode(value[channel] / scale[channel])));
+    let stored = values()
+        .flat_map(|value| [0, 1].map(|channel| encoding.encode(value[channel] / scale[channel])));
     Ok(Grid {
         chart: integrand.chart(),
         folded: integrand.is_folded(),
@@ -49,7 +55,11 @@ fn fill_invisible(values: Vec<Option<[f64; 2]>>) -> Vec<[f64; 2]> {
         let before = (0..=index).rev().find(defined);
         let after = (index..values.len()).find(defined);
         let nearest = match (before, after) {
-            (Some(before), Some(after)) => Some(if index - before <= after - index { before } else { after }),
+            (Some(before), Some(after)) => Some(if index - before <= after - index {
+                before
+            } else {
+                after
+            }),
             (before, after) => before.or(after),
         };
         nearest.and_then(|i| values[i]).unwrap_or_default()

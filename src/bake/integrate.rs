@@ -34,17 +34,32 @@ impl Value {
     /// S/F_S and V/F_V, or `None` where no tilt is visible from both directions.
     pub(super) fn ratios(&self) -> Option<[f64; 2]> {
         let Self { response, factor } = self;
-        let ratios = [response.surface / factor.surface, response.volume / factor.volume];
+        let ratios = [
+            response.surface / factor.surface,
+            response.volume / factor.volume,
+        ];
         let defined = factor.volume > 0.0 && ratios[1].is_finite();
         // Without Fresnel reflection (η = 1) there is no surface lobe and no factor of it.
-        defined.then(|| [if ratios[0].is_finite() { ratios[0] } else { 0.0 }, ratios[1]])
+        defined.then(|| {
+            [
+                if ratios[0].is_finite() {
+                    ratios[0]
+                } else {
+                    0.0
+                },
+                ratios[1],
+            ]
+        })
     }
 }
 
 impl Integrand {
     pub(super) fn new(fabric: &Fabric, thread: &Thread, chart: Chart, tolerance: f64) -> Self {
         let curve = thread.tangents::<f64>();
-        let segments = curve.segments().iter().map(|segment| (segment.from, segment.to, segment.weight));
+        let segments = curve
+            .segments()
+            .iter()
+            .map(|segment| (segment.from, segment.to, segment.weight));
         let segments = TangentCurve::from_parts(std::iter::empty(), segments);
         Self {
             optics: thread.optics,
@@ -86,7 +101,13 @@ impl Integrand {
 
     /// Where a pair in thread coordinates is looked up.
     pub(super) fn coordinates(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> [f64; 4] {
-        let turn = |w: Vec3<f64>| if self.folded && wi[0] + wr[0] < 0.0 { [-w[0], w[1], w[2]] } else { w };
+        let turn = |w: Vec3<f64>| {
+            if self.folded && wi[0] + wr[0] < 0.0 {
+                [-w[0], w[1], w[2]]
+            } else {
+                w
+            }
+        };
         self.chart.coordinates(turn(wi), turn(wr))
     }
 }

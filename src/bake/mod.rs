@@ -68,11 +68,18 @@ impl FabricText {
 ///
 /// # Errors
 /// When `progress` says stop.
-pub fn bake(fabric: &Fabric, settings: &Settings, progress: Progress<'_>) -> Result<Table, Cancelled> {
+pub fn bake(
+    fabric: &Fabric,
+    settings: &Settings,
+    progress: Progress<'_>,
+) -> Result<Table, Cancelled> {
     let sampling = progress.part(0.0, 0.85);
     let visible: Vec<&Thread> = fabric.visible_threads().collect();
     let bytes_per_node = 2 * settings.encoding.bytes();
-    let grids = visible.iter().filter(|thread| !thread.tangents::<f64>().segments().is_empty()).count();
+    let grids = visible
+        .iter()
+        .filter(|thread| !thread.tangents::<f64>().segments().is_empty())
+        .count();
     let max_nodes = settings.max_bytes / bytes_per_node / grids.max(1);
 
     let mut threads = Vec::new();
@@ -85,8 +92,16 @@ pub fn bake(fabric: &Fabric, settings: &Settings, progress: Progress<'_>) -> Res
             coverage: thread.coverage,
             albedo: thread.albedo,
             optics: thread.optics,
-            tilts: curve.tilts().iter().map(|tilt| (tilt.angle, tilt.weight)).collect(),
-            segments: curve.segments().iter().map(|s| (s.from, s.to, s.weight)).collect(),
+            tilts: curve
+                .tilts()
+                .iter()
+                .map(|tilt| (tilt.angle, tilt.weight))
+                .collect(),
+            segments: curve
+                .segments()
+                .iter()
+                .map(|s| (s.from, s.to, s.weight))
+                .collect(),
         };
         let grid = if curve.segments().is_empty() {
             None
@@ -97,7 +112,12 @@ pub fn bake(fabric: &Fabric, settings: &Settings, progress: Progress<'_>) -> Res
             let axes = plan::plan_axes(fabric, thread, &integrand, settings, max_nodes, planning)?;
             let filling = sampling.part(share(0.15), share(1.0));
             baked_grids += 1;
-            Some(encode::fill_grid(&integrand, axes, settings.encoding, filling)?)
+            Some(encode::fill_grid(
+                &integrand,
+                axes,
+                settings.encoding,
+                filling,
+            )?)
         };
         threads.push(ThreadTable::new(parameters, grid));
     }
@@ -110,7 +130,13 @@ pub fn bake(fabric: &Fabric, settings: &Settings, progress: Progress<'_>) -> Res
         metadata: String::new(),
     };
     let measuring = progress.part(0.85, 1.0);
-    let error = measure(fabric, &Baked(&table), settings.error_pairs, settings.error_seed, measuring)?;
+    let error = measure(
+        fabric,
+        &Baked(&table),
+        settings.error_pairs,
+        settings.error_seed,
+        measuring,
+    )?;
     let provenance = Provenance {
         tool: concat!("sateen ", env!("CARGO_PKG_VERSION")).to_owned(),
         settings: settings.clone(),

@@ -49,7 +49,10 @@ pub(super) fn plan_axes(
         .map(|pair| {
             let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
             let response = integrand.at_pair(wi, wr).response;
-            (integrand.coordinates(wi, wr), response.surface + brightest * response.volume)
+            (
+                integrand.coordinates(wi, wr),
+                response.surface + brightest * response.volume,
+            )
         })
         .collect();
     let mean = places.iter().map(|(_, value)| value).sum::<f64>() / places.len() as f64;
@@ -59,11 +62,22 @@ pub(super) fn plan_axes(
     for k in 0..4 {
         let scale = Scale::new(k, thread, integrand.is_folded());
         let sample = |u: &[f64; 4]| {
-            let sample = Line::sample(integrand, &scale, k, *u, settings.encoding, brightest, 0.01 * mean);
+            let sample = Line::sample(
+                integrand,
+                &scale,
+                k,
+                *u,
+                settings.encoding,
+                brightest,
+                0.01 * mean,
+            );
             steps.advance().map(|()| sample)
         };
         let places = &places[k * LINES..(k + 1) * LINES];
-        let lines: Vec<Line> = places.par_iter().map(|(u, _)| sample(u)).collect::<Result<_, _>>()?;
+        let lines: Vec<Line> = places
+            .par_iter()
+            .map(|(u, _)| sample(u))
+            .collect::<Result<_, _>>()?;
         ladders.push(Ladder::climb(scale, &lines, settings.interpolation[k]));
     }
     let inserted = share_out(&ladders, max_nodes, settings.target_error);
@@ -78,7 +92,9 @@ fn share_out(ladders: &[Ladder], max_nodes: usize, target_error: f64) -> [usize;
         if error < target_error {
             return inserted;
         }
-        let size: f64 = (0..4).map(|k| ladders[k].node_count(inserted[k]) as f64).product();
+        let size: f64 = (0..4)
+            .map(|k| ladders[k].node_count(inserted[k]) as f64)
+            .product();
         let mut best: Option<(f64, usize, usize)> = None;
         for (k, ladder) in ladders.iter().enumerate() {
             let now = inserted[k];
@@ -107,9 +123,19 @@ struct Scale {
 impl Scale {
     fn new(k: usize, thread: &Thread, folded: bool) -> Self {
         let low = if k == 0 && folded { 0.5 } else { 0.0 };
-        let sharp = if k == 0 { (1.0 - low) * PI / thread.optics.gamma_s * SAMPLES_PER_GAMMA } else { 0.0 };
-        let intervals = (sharp as usize).clamp(MIN_INTERVALS, MAX_INTERVALS).next_multiple_of(12);
-        Self { low, intervals, kink: Chart::KINKS[k].filter(|kink| f64::from(*kink) > low) }
+        let sharp = if k == 0 {
+            (1.0 - low) * PI / thread.optics.gamma_s * SAMPLES_PER_GAMMA
+        } else {
+            0.0
+        };
+        let intervals = (sharp as usize)
+            .clamp(MIN_INTERVALS, MAX_INTERVALS)
+            .next_multiple_of(12);
+        Self {
+            low,
+            intervals,
+            kink: Chart::KINKS[k].filter(|kink| f64::from(*kink) > low),
+        }
     }
 
     fn at(&self, index: usize) -> f64 {
@@ -150,11 +176,19 @@ impl Line {
         let at = |index: usize| {
             u[k] = scale.at(index);
             let value = integrand.at_point(u);
-            let Some(ratios) = value.ratios() else { return ([0.0; 2], [0.0; 2]) };
+            let Some(ratios) = value.ratios() else {
+                return ([0.0; 2], [0.0; 2]);
+            };
             let stored = ratios.map(|ratio| encoding.encode(ratio));
             let total = value.response.surface + albedo * value.response.volume + floor;
             let slopes = stored.map(|stored| encoding.slope(stored) / total);
-            (stored, [slopes[0] * value.factor.surface, slopes[1] * albedo * value.factor.volume])
+            (
+                stored,
+                [
+                    slopes[0] * value.factor.surface,
+                    slopes[1] * albedo * value.factor.volume,
+                ],
+            )
         };
         let (stored, weights) = (0..=scale.intervals).map(at).unzip();
         Self { stored, weights }
@@ -181,7 +215,10 @@ impl Ladder {
         loop {
             let axis = scale.axis(&nodes, interpolation);
             let cell_error = |cell: usize| cell_error(&axis, &scale, &nodes, cell, lines);
-            let cells: Vec<f64> = (0..nodes.len() - 1).into_par_iter().map(cell_error).collect();
+            let cells: Vec<f64> = (0..nodes.len() - 1)
+                .into_par_iter()
+                .map(cell_error)
+                .collect();
             errors.push(cells.iter().sum::<f64>() / samples);
             let divisible = (0..cells.len()).filter(|cell| nodes[cell + 1] - nodes[*cell] > 1);
             let worst = divisible.max_by(|a, b| cells[*a].total_cmp(&cells[*b]));
@@ -191,7 +228,15 @@ impl Ladder {
                     nodes.insert(cell + 1, middle);
                     inserted.push(middle);
                 }
-                _ => return Self { scale, interpolation, first, inserted, errors },
+                _ => {
+                    return Self {
+                        scale,
+                        interpolation,
+                        first,
+                        inserted,
+                        errors,
+                    };
+                }
             }
         }
     }
@@ -216,7 +261,9 @@ fn cell_error(axis: &Axis, scale: &Scale, nodes: &[usize], cell: usize, lines: &
         for line in lines {
             for channel in 0..2 {
                 let at_nodes = taps.iter().zip(stencil.weights);
-                let value: f64 = at_nodes.map(|(node, w)| f64::from(w) * line.stored[*node][channel]).sum();
+                let value: f64 = at_nodes
+                    .map(|(node, w)| f64::from(w) * line.stored[*node][channel])
+                    .sum();
                 sum += line.weights[place][channel] * (value - line.stored[place][channel]).abs();
             }
         }

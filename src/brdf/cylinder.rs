@@ -39,7 +39,12 @@ impl<R: Real> Optics<R> {
     /// The same constants in another precision.
     pub fn cast<T: Real>(&self) -> Optics<T> {
         let of = |x: R| T::of(x.to_double());
-        Optics { eta: of(self.eta), k_d: of(self.k_d), gamma_s: of(self.gamma_s), gamma_v: of(self.gamma_v) }
+        Optics {
+            eta: of(self.eta),
+            k_d: of(self.k_d),
+            gamma_s: of(self.gamma_s),
+            gamma_v: of(self.gamma_v),
+        }
     }
 }
 
@@ -55,13 +60,19 @@ pub struct Response<R> {
 impl<R: Real> Response<R> {
     /// No light.
     pub fn zero() -> Self {
-        Self { surface: R::zero(), volume: R::zero() }
+        Self {
+            surface: R::zero(),
+            volume: R::zero(),
+        }
     }
 
     /// `self + weight · other`.
     #[inline(always)]
     pub fn plus(self, weight: R, other: Self) -> Self {
-        Self { surface: self.surface + weight * other.surface, volume: self.volume + weight * other.volume }
+        Self {
+            surface: self.surface + weight * other.surface,
+            volume: self.volume + weight * other.volume,
+        }
     }
 }
 
@@ -114,11 +125,22 @@ impl<R: Real> ThreadPair<R> {
         let (r_i, r_r) = (norm2(wi[0], wi[2]), norm2(wr[0], wr[2]));
         let u_psi = if r_i > R::zero() && r_r > R::zero() {
             let (a, b) = ([wi[0] / r_i, wi[2] / r_i], [wr[0] / r_r, wr[2] / r_r]);
-            correlation(sigma_u, norm2(a[0] - b[0], a[1] - b[1]), norm2(a[0] + b[0], a[1] + b[1]))
+            correlation(
+                sigma_u,
+                norm2(a[0] - b[0], a[1] - b[1]),
+                norm2(a[0] + b[0], a[1] + b[1]),
+            )
         } else {
             R::zero()
         };
-        Self { wi, wr, r_i, r_r, sigma_u, u_psi }
+        Self {
+            wi,
+            wr,
+            r_i,
+            r_r,
+            sigma_u,
+            u_psi,
+        }
     }
 
     /// Direction to the light in thread coordinates.
@@ -147,7 +169,11 @@ impl<R: Real> ThreadPair<R> {
     pub fn visibility(&self, cos_delta: R, sin_delta: R) -> R {
         let z_i = cos_delta * self.wi[2] - sin_delta * self.wi[0];
         let z_r = cos_delta * self.wr[2] - sin_delta * self.wr[0];
-        if z_i > R::zero() && z_r > R::zero() { blend(self.u_psi, z_i / self.r_i, z_r / self.r_r) } else { R::zero() }
+        if z_i > R::zero() && z_r > R::zero() {
+            blend(self.u_psi, z_i / self.r_i, z_r / self.r_r)
+        } else {
+            R::zero()
+        }
     }
 
     /// S and V of the cylinder tilted by δ, given as cos δ and sin δ.
@@ -171,11 +197,18 @@ impl<R: Real> ThreadPair<R> {
         let cos_half_phi_d = half * norm2(sin_phi_i + sin_phi_r, m_i + m_r);
         let sin_half_phi_d = half * norm2(sin_phi_i - sin_phi_r, m_i - m_r);
 
-        let masking = blend(correlation(self.sigma_u, sin_half_phi_d, cos_half_phi_d), m_i, m_r);
+        let masking = blend(
+            correlation(self.sigma_u, sin_half_phi_d, cos_half_phi_d),
+            m_i,
+            m_r,
+        );
         let visibility = blend(self.u_psi, z_i / self.r_i, z_r / self.r_r);
         let common = masking * visibility * cos_i / cos2_theta_d;
 
-        let reflected = fresnel(optics.eta, (cos2_theta_d.sqrt() * cos_half_phi_d).min(R::one()));
+        let reflected = fresnel(
+            optics.eta,
+            (cos2_theta_d.sqrt() * cos_half_phi_d).min(R::one()),
+        );
         let entered = (R::one() - reflected) * (R::one() - reflected);
         let scattered = (R::one() - optics.k_d) * gaussian(optics.gamma_v, theta_h) + optics.k_d;
         Response {

@@ -49,7 +49,10 @@ impl<R: Real> Factors<R> {
     pub fn at(&self, pair: &ThreadPair<R>, tangents: &TangentCurve<R>) -> Response<R> {
         let (wi, wr) = (pair.wi(), pair.wr());
         let joint = tangents.joint_visibility(wi, wr, pair.correlation_psi());
-        let (z_i, z_r) = (norm2(wi[0], wi[2]) * joint.facing_i, norm2(wr[0], wr[2]) * joint.facing_r);
+        let (z_i, z_r) = (
+            norm2(wi[0], wi[2]) * joint.facing_i,
+            norm2(wr[0], wr[2]) * joint.facing_r,
+        );
         if !(z_i > R::zero() && z_r > R::zero()) {
             return Response::zero();
         }
@@ -62,7 +65,8 @@ impl<R: Real> Factors<R> {
         let masking = blend(correlation(pair.sigma_u(), sin_half, cos_half), m_i, m_r);
 
         let highlight = -(wi[0] + wr[0]).atan2(wi[2] + wr[2]);
-        let tilt = self.centre + self.half_width * ((highlight - self.centre) / self.half_width).tanh();
+        let tilt =
+            self.centre + self.half_width * ((highlight - self.centre) / self.half_width).tanh();
         let (sin, cos) = tilt.sin_cos();
         let (x_i, x_r) = (cos * wi[0] + sin * wi[2], cos * wr[0] + sin * wr[2]);
         let cos_i = norm2(wi[1], cos * wi[2] - sin * wi[0]);
@@ -72,6 +76,9 @@ impl<R: Real> Factors<R> {
         let common = masking * joint.projection * cos_i / cos2_theta_d;
         let reflected = fresnel(self.eta, (cos2_theta_d.sqrt() * cos_half).min(R::one()));
         let entered = (R::one() - reflected) * (R::one() - reflected);
-        Response { surface: common * reflected * cos_half, volume: common * entered / cos_sum }
+        Response {
+            surface: common * reflected * cos_half,
+            volume: common * entered / cos_sum,
+        }
     }
 }

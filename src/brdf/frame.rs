@@ -23,18 +23,29 @@ impl<R: Real> ThreadFrame<R> {
         if cos.abs() < 1e-15 {
             cos = 0.0;
         }
-        Self { cos: R::of(cos), sin: R::of(sin) }
+        Self {
+            cos: R::of(cos),
+            sin: R::of(sin),
+        }
     }
 
     /// Surface coordinates to thread coordinates `[w·t, w·s, w·n]`.
     #[inline(always)]
     pub fn to_thread(&self, w: Vec3<R>) -> Vec3<R> {
-        [w[0] * self.cos + w[1] * self.sin, w[1] * self.cos - w[0] * self.sin, w[2]]
+        [
+            w[0] * self.cos + w[1] * self.sin,
+            w[1] * self.cos - w[0] * self.sin,
+            w[2],
+        ]
     }
 
     /// Thread coordinates to surface coordinates.
     #[inline(always)]
     pub fn to_surface(&self, w: Vec3<R>) -> Vec3<R> {
-        [w[0] * self.cos - w[1] * self.sin, w[1] * self.cos + w[0] * self.sin, w[2]]
+        [
+            w[0] * self.cos - w[1] * self.sin,
+            w[1] * self.cos + w[0] * self.sin,
+            w[2],
+        ]
     }
 }

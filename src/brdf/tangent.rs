@@ -10,7 +10,11 @@ use crate::math::{Real, Vec3, norm2};
 
 /// How Q weighs a tangent, \[Fecho13\] 3.26.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(
+    feature = "bake",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum Reweighting {
     /// By its projection towards the viewer alone, p(ψ_r): Q stands outside the integral over light directions.
     #[default]
@@ -36,13 +40,21 @@ impl<R: Real> Tilt<R> {
     /// A tilt of `angle` radians that holds `weight` of the thread.
     pub fn new(angle: f64, weight: f64) -> Self {
         let (sin, cos) = num_traits::Float::sin_cos(angle);
-        Self { angle: R::of(angle), weight: R::of(weight), cos: R::of(cos), sin: R::of(sin) }
+        Self {
+            angle: R::of(angle),
+            weight: R::of(weight),
+            cos: R::of(cos),
+            sin: R::of(sin),
+        }
     }
 
     /// Sine and cosine of ψ + δ from those of ψ.
     #[inline(always)]
     fn rotate(&self, sin_psi: R, cos_psi: R) -> (R, R) {
-        (sin_psi * self.cos + cos_psi * self.sin, cos_psi * self.cos - sin_psi * self.sin)
+        (
+            sin_psi * self.cos + cos_psi * self.sin,
+            cos_psi * self.cos - sin_psi * self.sin,
+        )
     }
 }
 
@@ -73,10 +85,20 @@ impl<R: Real> TangentCurve<R> {
     /// all 0). Parts of no length vanish.
     pub fn new(offsets: &[f64], lengths: &[f64]) -> Self {
         let total: f64 = lengths.iter().sum();
-        let parts = || offsets.windows(2).zip(lengths).map(|(ends, length)| (ends[0], ends[1], length / total));
-        let tilts = parts().filter(|(from, to, weight)| from == to && *weight > 0.0).map(|(from, _, weight)| (from, weight));
+        let parts = || {
+            offsets
+                .windows(2)
+                .zip(lengths)
+                .map(|(ends, length)| (ends[0], ends[1], length / total))
+        };
+        let tilts = parts()
+            .filter(|(from, to, weight)| from == to && *weight > 0.0)
+            .map(|(from, _, weight)| (from, weight));
         let segments = parts().filter(|(from, to, weight)| from != to && *weight > 0.0);
-        Self::from_parts(tilts, segments.map(|(from, to, weight)| (from.min(to), from.max(to), weight)))
+        Self::from_parts(
+            tilts,
+            segments.map(|(from, to, weight)| (from.min(to), from.max(to), weight)),
+        )
     }
 
     /// The distribution made of tilts (angle, weight) and segments (from < to, weight), whose weights sum to 1.
@@ -84,14 +106,23 @@ impl<R: Real> TangentCurve<R> {
         tilts: impl Iterator<Item = (f64, f64)>,
         segments: impl Iterator<Item = (f64, f64, f64)>,
     ) -> Self {
-        let mut curve = Self { tilts: Vec::new(), segments: Vec::new(), ends: Vec::new(), middles: Vec::new() };
+        let mut curve = Self {
+            tilts: Vec::new(),
+            segments: Vec::new(),
+            ends: Vec::new(),
+            middles: Vec::new(),
+        };
         for (angle, weight) in tilts {
             add(&mut curve.tilts, angle, weight);
         }
         // The difference of antiderivatives loses ε/Δ to rounding, the midpoint Δ²/24 to curvature: they meet at Δ³ = 24 ε.
         let narrow = num_traits::Float::cbrt(24.0 * R::epsilon().to_double());
         for (from, to, weight) in segments {
-            curve.segments.push(Segment { from: R::of(from), to: R::of(to), weight: R::of(weight) });
+            curve.segments.push(Segment {
+                from: R::of(from),
+                to: R::of(to),
+                weight: R::of(weight),
+            });
             if to - from < narrow {
                 add(&mut curve.middles, 0.5 * (from + to), weight);
             } else {
@@ -127,15 +158,24 @@ impl<R: Real> TangentCurve<R> {
         let density = |s: &Segment<R>| s.weight / (s.to - s.from);
         // The density at a tilt is the sum over the segments around it; it can only change at their ends.
         let at = |delta: R| {
-            let around = self.segments.iter().filter(|s| s.from <= delta && delta <= s.to);
+            let around = self
+                .segments
+                .iter()
+                .filter(|s| s.from <= delta && delta <= s.to);
             around.map(density).fold(R::zero(), |sum, x| sum + x)
         };
-        let mut cuts: Vec<R> = self.segments.iter().flat_map(|s| [s.from, s.to, -s.from, -s.to]).collect();
+        let mut cuts: Vec<R> = self
+            .segments
+            .iter()
+            .flat_map(|s| [s.from, s.to, -s.from, -s.to])
+            .collect();
         cuts.sort_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
-        cuts.windows(2).filter(|pair| pair[1] - pair[0] > tolerance).all(|pair| {
-            let middle = R::of(0.5) * (pair[0] + pair[1]);
-            (at(middle) - at(-middle)).abs() <= tolerance * at(middle).max(at(-middle))
-        })
+        cuts.windows(2)
+            .filter(|pair| pair[1] - pair[0] > tolerance)
+            .all(|pair| {
+                let middle = R::of(0.5) * (pair[0] + pair[1]);
+                (at(middle) - at(-middle)).abs() <= tolerance * at(middle).max(at(-middle))
+            })
     }
 
     /// Mean of max(cos(ψ+δ), 0) over the distribution for a direction `w` in thread coordinates: the projection p that
@@ -147,7 +187,11 @@ impl<R: Real> TangentCurve<R> {
     pub fn projection(&self, w: Vec3<R>) -> R {
         let r = norm2(w[0], w[2]);
         // Along s the angle ψ is undefined; the normal's 0 is as good as any.
-        let (sin_psi, cos_psi) = if r > R::zero() { (w[0] / r, w[2] / r) } else { (R::zero(), R::one()) };
+        let (sin_psi, cos_psi) = if r > R::zero() {
+            (w[0] / r, w[2] / r)
+        } else {
+            (R::zero(), R::one())
+        };
         let mut sum = R::zero();
         for end in &self.ends {
             let (sin, cos) = end.rotate(sin_psi, cos_psi);
@@ -165,7 +209,10 @@ impl<R: Real> TangentCurve<R> {
         let (psi_i, psi_r) = (psi(wi), psi(wr));
         let mut sum = self.joint_visibility(wi, wr, u_psi).projection;
         for tilt in &self.tilts {
-            let (p_i, p_r) = ((psi_i + tilt.angle).cos().max(R::zero()), (psi_r + tilt.angle).cos().max(R::zero()));
+            let (p_i, p_r) = (
+                (psi_i + tilt.angle).cos().max(R::zero()),
+                (psi_r + tilt.angle).cos().max(R::zero()),
+            );
             sum += tilt.weight * super::cylinder::blend(u_psi, p_i, p_r);
         }
         sum
@@ -173,7 +220,12 @@ impl<R: Real> TangentCurve<R> {
 
     /// How the segments look from both directions at once, in closed form over the tilts that face both.
     #[inline]
-    pub(super) fn joint_visibility(&self, wi: Vec3<R>, wr: Vec3<R>, u_psi: R) -> JointVisibility<R> {
+    pub(super) fn joint_visibility(
+        &self,
+        wi: Vec3<R>,
+        wr: Vec3<R>,
+        u_psi: R,
+    ) -> JointVisibility<R> {
         let (psi_i, psi_r) = (psi(wi), psi(wr));
         let (psi_min, psi_max) = (psi_i.min(psi_r), psi_i.max(psi_r));
         let half = R::of(0.5);
@@ -190,13 +242,24 @@ impl<R: Real> TangentCurve<R> {
                 second[k] += density * half * ((to - from) + integral_cos_2(psi + psi, from, to));
             }
             // cos a cos b = (cos(a−b) + cos(a+b))/2, and the smaller cosine is that of the angle further from 0.
-            let product = half * ((psi_i - psi_r).cos() * (to - from) + integral_cos_2(psi_i + psi_r, from, to));
+            let product = half
+                * ((psi_i - psi_r).cos() * (to - from) + integral_cos_2(psi_i + psi_r, from, to));
             let turn = (-half * (psi_i + psi_r)).max(from).min(to);
             let smaller = integral_cos(psi_min, from, turn) + integral_cos(psi_max, turn, to);
             mean += density * ((R::one() - u_psi) * product + u_psi * smaller);
         }
-        let ratio = |k: usize| if first[k] > R::zero() { (second[k] / first[k]).max(R::zero()) } else { R::zero() };
-        JointVisibility { projection: mean.max(R::zero()), facing_i: ratio(0), facing_r: ratio(1) }
+        let ratio = |k: usize| {
+            if first[k] > R::zero() {
+                (second[k] / first[k]).max(R::zero())
+            } else {
+                R::zero()
+            }
+        };
+        JointVisibility {
+            projection: mean.max(R::zero()),
+            facing_i: ratio(0),
+            facing_r: ratio(1),
+        }
     }
 }
 
@@ -212,7 +275,11 @@ pub(super) struct JointVisibility<R> {
 }
 
 fn psi<R: Real>(w: Vec3<R>) -> R {
-    if w[0] == R::zero() && w[2] == R::zero() { R::zero() } else { w[0].atan2(w[2]) }
+    if w[0] == R::zero() && w[2] == R::zero() {
+        R::zero()
+    } else {
+        w[0].atan2(w[2])
+    }
 }
 
 /// ∫ cos(ψ + δ) dδ, as a product so that short intervals keep their precision.

@@ -15,14 +15,23 @@ pub struct ThreadResponse<R> {
 impl<R: Real> ThreadResponse<R> {
     /// Of a thread that is not seen.
     pub fn zero() -> Self {
-        Self { response: Response::zero(), projection: R::zero() }
+        Self {
+            response: Response::zero(),
+            projection: R::zero(),
+        }
     }
 
     /// The same in another precision.
     pub fn cast<T: Real>(&self) -> ThreadResponse<T> {
         let of = |x: R| T::of(x.to_double());
-        let response = Response { surface: of(self.response.surface), volume: of(self.response.volume) };
-        ThreadResponse { response, projection: of(self.projection) }
+        let response = Response {
+            surface: of(self.response.surface),
+            volume: of(self.response.volume),
+        };
+        ThreadResponse {
+            response,
+            projection: of(self.projection),
+        }
     }
 }
 
@@ -43,7 +52,10 @@ impl<R: Real> Weave<R> {
     /// No threads yet: `gap` = 1 − Σa is seen under the cosine `cos_r` = wr·n.
     #[inline(always)]
     pub fn new(gap: R, cos_r: R) -> Self {
-        Self { q: gap * cos_r, sum: [R::zero(); 3] }
+        Self {
+            q: gap * cos_r,
+            sum: [R::zero(); 3],
+        }
     }
 
     /// Adds a thread.
@@ -61,7 +73,11 @@ impl<R: Real> Weave<R> {
     pub fn rho(&self) -> [R; 3] {
         self.sum.map(|sum| {
             let rho = sum / self.q;
-            if rho.is_finite() { rho.max(R::zero()) } else { R::zero() }
+            if rho.is_finite() {
+                rho.max(R::zero())
+            } else {
+                R::zero()
+            }
         })
     }
 }

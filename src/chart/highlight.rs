@@ -35,14 +35,29 @@ pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     let (cos_i, cos_r) = ((phi_h + half * phi_d).cos(), (phi_h - half * phi_d).cos());
     let (sin_psi, cos_psi) = psi.abs().sin_cos();
     // For ψ < 0 the pair mirrored along t has θ_d of the other sign.
-    let mirrored = [u[0], if psi < R::zero() { R::one() - u[1] } else { u[1] }, u[2], u[3]];
+    let mirrored = [
+        u[0],
+        if psi < R::zero() {
+            R::one() - u[1]
+        } else {
+            u[1]
+        },
+        u[2],
+        u[3],
+    ];
     let theta_h = root(R::zero(), R::FRAC_PI_2(), |theta_h| {
         let theta_d = theta_d(mirrored, theta_h);
         cos_psi * R::of(2.0) * theta_h.sin() * theta_d.cos()
             - sin_psi * ((theta_h + theta_d).cos() * cos_i + (theta_h - theta_d).cos() * cos_r)
     });
     let theta_h = if psi < R::zero() { -theta_h } else { theta_h };
-    Angles { theta_h, theta_d: theta_d(u, theta_h), phi_d, phi_h }.directions()
+    Angles {
+        theta_h,
+        theta_d: theta_d(u, theta_h),
+        phi_d,
+        phi_h,
+    }
+    .directions()
 }
 
 /// The root of `f` in [a, b], where f(a) ≤ 0 ≤ f(b): regula falsi with the Illinois weights, and a bisection whenever
@@ -59,7 +74,11 @@ fn root<R: Real>(mut a: R, mut b: R, f: impl Fn(R) -> R) -> R {
     for _ in 0..64 {
         let width = b - a;
         for step in 0..4 {
-            let mut x = if step == 3 { half * (a + b) } else { (a * f_b - b * f_a) / (f_b - f_a) };
+            let mut x = if step == 3 {
+                half * (a + b)
+            } else {
+                (a * f_b - b * f_a) / (f_b - f_a)
+            };
             if !(x > a && x < b) {
                 x = half * (a + b);
             }

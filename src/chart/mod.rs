@@ -25,7 +25,11 @@ use crate::math::{Real, Vec3, norm2};
 
 /// Which chart a table is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(
+    feature = "bake",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum Chart {
     /// (θ_h, θ_d, φ_d, roll of the pair).
     Thesis,
@@ -86,8 +90,17 @@ impl<R: Real> Angles<R> {
         let theta_r = wr[0].atan2(norm2(wr[1], wr[2]));
         let (phi_i, phi_r) = (wi[1].atan2(wi[2]), wr[1].atan2(wr[2]));
         let (phi_d, phi_h) = (phi_i - phi_r, half * (phi_i + phi_r));
-        let (phi_d, phi_h) = if phi_h < R::zero() { (-phi_d, -phi_h) } else { (phi_d, phi_h) };
-        Self { theta_h: half * (theta_i + theta_r), theta_d: half * (theta_i - theta_r), phi_d, phi_h }
+        let (phi_d, phi_h) = if phi_h < R::zero() {
+            (-phi_d, -phi_h)
+        } else {
+            (phi_d, phi_h)
+        };
+        Self {
+            theta_h: half * (theta_i + theta_r),
+            theta_d: half * (theta_i - theta_r),
+            phi_d,
+            phi_h,
+        }
     }
 
     fn directions(&self) -> (Vec3<R>, Vec3<R>) {
@@ -96,7 +109,11 @@ impl<R: Real> Angles<R> {
             let (sin_theta, cos_theta) = theta.sin_cos();
             let (sin_phi, cos_phi) = phi.sin_cos();
             // The horizon is in the box and z = cos 90° must not round below it.
-            [sin_theta, cos_theta * sin_phi, (cos_theta * cos_phi).max(R::zero())]
+            [
+                sin_theta,
+                cos_theta * sin_phi,
+                (cos_theta * cos_phi).max(R::zero()),
+            ]
         };
         (
             direction(self.theta_h + self.theta_d, self.phi_h + half * self.phi_d),
@@ -109,7 +126,11 @@ impl<R: Real> Angles<R> {
 #[inline(always)]
 fn normalized<R: Real>(value: R, range: R) -> R {
     let half = R::of(0.5);
-    if range > R::zero() { (half + half * value / range).max(R::zero()).min(R::one()) } else { half }
+    if range > R::zero() {
+        (half + half * value / range).max(R::zero()).min(R::one())
+    } else {
+        half
+    }
 }
 
 /// The shared coordinates u₁, u₂, u₃.
@@ -129,5 +150,8 @@ fn theta_d<R: Real>(u: [R; 4], theta_h: R) -> R {
 
 fn phi_d_and_h<R: Real>(u: [R; 4]) -> (R, R) {
     let phi_h = u[3] * R::FRAC_PI_2();
-    ((R::of(2.0) * u[2] - R::one()) * (R::PI() - R::of(2.0) * phi_h), phi_h)
+    (
+        (R::of(2.0) * u[2] - R::one()) * (R::PI() - R::of(2.0) * phi_h),
+        phi_h,
+    )
 }

@@ -22,5 +22,11 @@ pub fn coordinates<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
 pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     let theta_h = (R::of(2.0) * u[0] - R::one()) * R::FRAC_PI_2();
     let (phi_d, phi_h) = phi_d_and_h(u);
-    Angles { theta_h, theta_d: theta_d(u, theta_h), phi_d, phi_h }.directions()
+    Angles {
+        theta_h,
+        theta_d: theta_d(u, theta_h),
+        phi_d,
+        phi_h,
+    }
+    .directions()
 }

@@ -15,7 +15,8 @@ pub struct LibraryEntry {
 impl LibraryEntry {
     /// Reads the fabric.
     pub fn load(&self) -> Fabric {
-        Fabric::from_toml(self.toml, self.file, self.variant).expect("the library's own files are tested to be valid")
+        Fabric::from_toml(self.toml, self.file, self.variant)
+            .expect("the library's own files are tested to be valid")
     }
 }
 

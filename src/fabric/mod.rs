@@ -98,7 +98,10 @@ impl Fabric {
 
     /// The library's fabric of that name, as [`LIBRARY`] lists them.
     pub fn from_library(name: &str) -> Option<Self> {
-        LIBRARY.iter().find(|entry| entry.name == name).map(LibraryEntry::load)
+        LIBRARY
+            .iter()
+            .find(|entry| entry.name == name)
+            .map(LibraryEntry::load)
     }
 
     /// The threads that cover some of the surface.
@@ -108,6 +111,11 @@ impl Fabric {
 
     /// 1 − Σa, the share of gaps.
     pub fn gap(&self) -> f64 {
-        (1.0 - self.threads.iter().map(|thread| thread.coverage).sum::<f64>()).max(0.0)
+        (1.0 - self
+            .threads
+            .iter()
+            .map(|thread| thread.coverage)
+            .sum::<f64>())
+        .max(0.0)
     }
 }

@@ -79,7 +79,12 @@ impl Source<'_> {
     fn error(&self, offset: usize, key: Option<&str>, message: String) -> FabricError {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-        FabricError { file: self.file.to_owned(), line, key: key.map(str::to_owned), message }
+        FabricError {
+            file: self.file.to_owned(),
+            line,
+            key: key.map(str::to_owned),
+            message,
+        }
     }
 
     /// The value under `key` if `valid`, or an error saying that it `must`.
@@ -94,7 +99,11 @@ impl Source<'_> {
         if x.is_finite() && valid(x) {
             Ok(x)
         } else {
-            Err(self.error(value.span().start, Some(key), format!("{key} = {x} must {must}")))
+            Err(self.error(
+                value.span().start,
+                Some(key),
+                format!("{key} = {x} must {must}"),
+            ))
         }
     }
 
@@ -104,7 +113,8 @@ impl Source<'_> {
         if !text.is_empty() && text.len() <= 64 && text.chars().all(plain) {
             Ok(text.clone())
         } else {
-            let message = format!("name = \"{text}\" must be 1 to 64 of the characters a-z 0-9 - _");
+            let message =
+                format!("name = \"{text}\" must be 1 to 64 of the characters a-z 0-9 - _");
             Err(self.error(name.span().start, Some("name"), message))
         }
     }
@@ -115,7 +125,8 @@ impl Source<'_> {
         if albedo.iter().all(|a| a.is_finite() && *a >= 0.0) {
             Ok(albedo)
         } else {
-            let message = format!("{key}: color × scale = {albedo:?} must be finite and not negative");
+            let message =
+                format!("{key}: color × scale = {albedo:?} must be finite and not negative");
             Err(self.error(value.span().start, Some(key), message))
         }
     }
@@ -134,7 +145,10 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
     };
     let threads_at = raw.thread.span().start;
     if raw.thread.get_ref().is_empty() || raw.thread.get_ref().len() > MAX_THREADS {
-        let message = format!("thread: a fabric has 1 to {MAX_THREADS} threads, this one {}", raw.thread.get_ref().len());
+        let message = format!(
+            "thread: a fabric has 1 to {MAX_THREADS} threads, this one {}",
+            raw.thread.get_ref().len()
+        );
         return Err(source.error(threads_at, Some("thread"), message));
     }
 
@@ -142,13 +156,26 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
     let mut threads = Vec::new();
     let mut covered = 0.0;
     for entry in raw.thread.get_ref() {
-        let thread = parse_thread(&source, entry.get_ref(), entry.span().start, chosen.as_deref())?;
+        let thread = parse_thread(
+            &source,
+            entry.get_ref(),
+            entry.span().start,
+            chosen.as_deref(),
+        )?;
         covered += thread.coverage;
         if covered > 1.0 + 1e-9 {
-            let message = format!("coverage: the threads' coverages sum to {covered}, but must not exceed 1");
-            return Err(source.error(entry.get_ref().coverage.span().start, Some("coverage"), message));
+            let message =
+                format!("coverage: the threads' coverages sum to {covered}, but must not exceed 1");
+            return Err(source.error(
+                entry.get_ref().coverage.span().start,
+                Some("coverage"),
+                message,
+            ));
         }
-        if threads.iter().any(|other: &Thread| other.name == thread.name) {
+        if threads
+            .iter()
+            .any(|other: &Thread| other.name == thread.name)
+        {
             let message = format!("name: two threads are called \"{}\"", thread.name);
             return Err(source.error(entry.get_ref().name.span().start, Some("name"), message));
         }
@@ -156,9 +183,17 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
     }
 
     let base = source.name(&raw.name)?;
-    let name = chosen.as_ref().map_or_else(|| base.clone(), |variant| format!("{base}-{variant}"));
-    let title = if raw.title.is_empty() { base } else { raw.title };
-    let title = chosen.as_ref().map_or_else(|| title.clone(), |variant| format!("{title}, {variant}"));
+    let name = chosen
+        .as_ref()
+        .map_or_else(|| base.clone(), |variant| format!("{base}-{variant}"));
+    let title = if raw.title.is_empty() {
+        base
+    } else {
+        raw.title
+    };
+    let title = chosen
+        .as_ref()
+        .map_or_else(|| title.clone(), |variant| format!("{title}, {variant}"));
     Ok(Fabric {
         name,
         title,
@@ -177,25 +212,35 @@ fn choose_variant(
     threads: &[Spanned<ThreadToml>],
     asked: Option<&str>,
 ) -> Result<Option<String>, FabricError> {
-    let named = threads.iter().find_map(|thread| thread.get_ref().albedos.as_ref());
+    let named = threads
+        .iter()
+        .find_map(|thread| thread.get_ref().albedos.as_ref());
     let Some(named) = named else {
         return match asked {
             None => Ok(None),
-            Some(asked) => {
-                Err(source.error(0, Some("albedos"), format!("albedos: the fabric names no albedos, so none is \"{asked}\"")))
-            }
+            Some(asked) => Err(source.error(
+                0,
+                Some("albedos"),
+                format!("albedos: the fabric names no albedos, so none is \"{asked}\""),
+            )),
         };
     };
     let names: Vec<&String> = named.get_ref().keys().collect();
     let at = named.span().start;
     match asked {
         Some(asked) if names.iter().any(|name| *name == asked) => Ok(Some(asked.to_owned())),
-        Some(asked) => {
-            Err(source.error(at, Some("albedos"), format!("albedos: none is \"{asked}\"; there are {names:?}")))
-        }
+        Some(asked) => Err(source.error(
+            at,
+            Some("albedos"),
+            format!("albedos: none is \"{asked}\"; there are {names:?}"),
+        )),
         None => match names.first() {
             Some(first) => Ok(Some((*first).clone())),
-            None => Err(source.error(at, Some("albedos"), "albedos: at least one must be named".to_owned())),
+            None => Err(source.error(
+                at,
+                Some("albedos"),
+                "albedos: at least one must be named".to_owned(),
+            )),
         },
     }
 }
@@ -212,7 +257,10 @@ fn parse_thread(
         (None, Some(named)) => match variant.and_then(|variant| named.get_ref().get(variant)) {
             Some(albedo) => source.albedo("albedos", albedo)?,
             None => {
-                let message = format!("albedos: thread \"{name}\" lacks \"{}\"", variant.unwrap_or_default());
+                let message = format!(
+                    "albedos: thread \"{name}\" lacks \"{}\"",
+                    variant.unwrap_or_default()
+                );
                 return Err(source.error(named.span().start, Some("albedos"), message));
             }
         },
@@ -222,7 +270,10 @@ fn parse_thread(
         }
     };
 
-    let (offsets, lengths) = (raw.tangent_offsets_deg.get_ref(), raw.tangent_lengths.get_ref());
+    let (offsets, lengths) = (
+        raw.tangent_offsets_deg.get_ref(),
+        raw.tangent_lengths.get_ref(),
+    );
     let lengths_at = raw.tangent_lengths.span().start;
     if offsets.len() != lengths.len() + 1 || lengths.is_empty() || lengths.len() > MAX_SEGMENTS {
         let message = format!(
@@ -235,13 +286,22 @@ fn parse_thread(
     }
     let mut tangent_offsets = Vec::with_capacity(offsets.len());
     for offset in offsets {
-        let offset =
-            source.number("tangent_offsets_deg", offset, |x| x.abs() <= 90.0, "lie between -90 and 90 degrees")?;
+        let offset = source.number(
+            "tangent_offsets_deg",
+            offset,
+            |x| x.abs() <= 90.0,
+            "lie between -90 and 90 degrees",
+        )?;
         tangent_offsets.push(offset.to_radians());
     }
     let mut tangent_lengths = Vec::with_capacity(lengths.len());
     for length in lengths {
-        tangent_lengths.push(source.number("tangent_lengths", length, |x| x >= 0.0, "not be negative")?);
+        tangent_lengths.push(source.number(
+            "tangent_lengths",
+            length,
+            |x| x >= 0.0,
+            "not be negative",
+        )?);
     }
     let total: f64 = tangent_lengths.iter().sum();
     if !(total > 0.0 && total.is_finite()) {
@@ -252,15 +312,35 @@ fn parse_thread(
     let positive = |x: f64| x > 0.0;
     Ok(Thread {
         name,
-        direction: source.number("direction_deg", &raw.direction_deg, |x| x.abs() <= 360.0, "lie between -360 and 360")?
+        direction: source
+            .number(
+                "direction_deg",
+                &raw.direction_deg,
+                |x| x.abs() <= 360.0,
+                "lie between -360 and 360",
+            )?
             .to_radians(),
-        coverage: source.number("coverage", &raw.coverage, |x| (0.0..=1.0).contains(&x), "lie between 0 and 1")?,
+        coverage: source.number(
+            "coverage",
+            &raw.coverage,
+            |x| (0.0..=1.0).contains(&x),
+            "lie between 0 and 1",
+        )?,
         albedo,
         optics: Optics {
             eta: source.number("eta", &raw.eta, |x| x >= 1.0, "be at least 1")?,
-            k_d: source.number("k_d", &raw.k_d, |x| (0.0..=1.0).contains(&x), "lie between 0 and 1")?,
-            gamma_s: source.number("gamma_s_deg", &raw.gamma_s_deg, positive, "be above 0")?.to_radians(),
-            gamma_v: source.number("gamma_v_deg", &raw.gamma_v_deg, positive, "be above 0")?.to_radians(),
+            k_d: source.number(
+                "k_d",
+                &raw.k_d,
+                |x| (0.0..=1.0).contains(&x),
+                "lie between 0 and 1",
+            )?,
+            gamma_s: source
+                .number("gamma_s_deg", &raw.gamma_s_deg, positive, "be above 0")?
+                .to_radians(),
+            gamma_v: source
+                .number("gamma_v_deg", &raw.gamma_v_deg, positive, "be above 0")?
+                .to_radians(),
         },
         tangent_offsets,
         tangent_lengths,

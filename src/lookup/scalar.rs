@@ -24,7 +24,13 @@ impl Table {
     pub fn eval_with(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
         let rho = self.eval_cos_with(albedos, wi, wr);
         // ρ is proportional to neither cosine, so at the last denormals the quotient may overflow.
-        rho.map(|rho| if rho > 0.0 { (rho / wi[2]).min(f32::MAX) } else { 0.0 })
+        rho.map(|rho| {
+            if rho > 0.0 {
+                (rho / wi[2]).min(f32::MAX)
+            } else {
+                0.0
+            }
+        })
     }
 
     /// ρ with other albedos, linear RGB, one per thread in the order of [`Table::threads`]; where `albedos` ends, the
@@ -42,10 +48,18 @@ impl Table {
     }
 
     /// S, V and the projection of every thread, in the order of [`Table::threads`], and Q.
-    pub fn components(&self, wi: [f32; 3], wr: [f32; 3]) -> (impl Iterator<Item = ThreadResponse<f32>>, f32) {
+    pub fn components(
+        &self,
+        wi: [f32; 3],
+        wr: [f32; 3],
+    ) -> (impl Iterator<Item = ThreadResponse<f32>>, f32) {
         let above = wi[2] > 0.0 && wr[2] > 0.0;
         let response = move |thread: &ThreadTable| {
-            if above { self.response(thread, wi, wr) } else { ThreadResponse::zero() }
+            if above {
+                self.response(thread, wi, wr)
+            } else {
+                ThreadResponse::zero()
+            }
         };
         let mut weave = Weave::new(self.gap, if above { wr[2] } else { 0.0 });
         for thread in &self.threads {
@@ -60,18 +74,29 @@ impl Table {
         let pair = ThreadPair::new(wi, wr, self.sigma_u);
         let mut response = Response::zero();
         for tilt in thread.tangents.tilts() {
-            response = response.plus(tilt.weight, pair.response(&thread.optics, tilt.cos, tilt.sin));
+            response = response.plus(
+                tilt.weight,
+                pair.response(&thread.optics, tilt.cos, tilt.sin),
+            );
         }
         if let Some(grid) = &thread.grid {
             let factors = thread.factors.at(&pair, &thread.tangents);
             let [surface, volume] = grid.ratios(wi, wr);
-            let product = Response { surface: surface * factors.surface, volume: volume * factors.volume };
+            let product = Response {
+                surface: surface * factors.surface,
+                volume: volume * factors.volume,
+            };
             response = response.plus(1.0, product);
         }
         let projection = match self.reweighting {
             Reweighting::View => thread.tangents.projection(wr),
-            Reweighting::Both => thread.tangents.joint_projection(wi, wr, pair.correlation_psi()),
+            Reweighting::Both => thread
+                .tangents
+                .joint_projection(wi, wr, pair.correlation_psi()),
         };
-        ThreadResponse { response, projection }
+        ThreadResponse {
+            response,
+            projection,
+        }
     }
 }

@@ -71,7 +71,10 @@ pub fn measure(
     let steps = progress.steps(pairs.len());
     let values = pairs.par_iter().map(|pair| {
         steps.advance()?;
-        Ok((reference.eval_cos(pair.wi, pair.wr), approximation.eval_cos(pair.wi, pair.wr)))
+        Ok((
+            reference.eval_cos(pair.wi, pair.wr),
+            approximation.eval_cos(pair.wi, pair.wr),
+        ))
     });
     let values: Vec<([f64; 3], [f64; 3])> = values.collect::<Result<_, Cancelled>>()?;
 
@@ -90,17 +93,27 @@ pub fn measure(
     }
     let floor = floor.map(|floor| floor / f64::max(renders, 1.0));
     let error = |(truth, value): &([f64; 3], [f64; 3])| {
-        (0..3).map(|c| ratio((value[c] - truth[c]).abs(), truth[c] + floor[c])).fold(0.0, f64::max)
+        (0..3)
+            .map(|c| ratio((value[c] - truth[c]).abs(), truth[c] + floor[c]))
+            .fold(0.0, f64::max)
     };
     let errors: Vec<f64> = values.iter().map(error).collect();
     let is_grazing = |pair: &Pair| pair.wi[2].min(pair.wr[2]) < GRAZING;
-    let grazing = pairs.iter().zip(&errors).filter(|(pair, _)| is_grazing(pair)).map(|(_, error)| *error).collect();
+    let grazing = pairs
+        .iter()
+        .zip(&errors)
+        .filter(|(pair, _)| is_grazing(pair))
+        .map(|(_, error)| *error)
+        .collect();
     let numbers = 3.0 * pairs.len() as f64;
     Ok(ErrorReport {
         seed,
         grazing: quantiles(grazing),
         rmse_over_mean: ratio((squares / numbers).sqrt(), sum / numbers),
-        bias: VIEW_ANGLES_DEG.iter().map(|angle| bias(&reference, approximation, *angle)).collect(),
+        bias: VIEW_ANGLES_DEG
+            .iter()
+            .map(|angle| bias(&reference, approximation, *angle))
+            .collect(),
         all: quantiles(errors),
     })
 }
@@ -111,7 +124,9 @@ fn ratio(error: f64, size: f64) -> f64 {
 }
 
 fn quantiles(mut errors: Vec<f64>) -> Quantiles {
-    let Some(last) = errors.len().checked_sub(1) else { return Quantiles::default() };
+    let Some(last) = errors.len().checked_sub(1) else {
+        return Quantiles::default();
+    };
     errors.sort_by(f64::total_cmp);
     let at = |share: f64| errors[(share * last as f64).round() as usize];
     Quantiles {
@@ -136,18 +151,34 @@ fn bias(reference: &Sadeghi<f64>, approximation: &dyn Model<f64>, view_deg: f64)
         .into_par_iter()
         .map(|index| {
             let z = ((index / columns) as f64 + 0.5) / rows as f64;
-            let (sin, cos) = (std::f64::consts::TAU * ((index % columns) as f64 + 0.5) / columns as f64).sin_cos();
+            let (sin, cos) = (std::f64::consts::TAU * ((index % columns) as f64 + 0.5)
+                / columns as f64)
+                .sin_cos();
             let r = (1.0 - z * z).sqrt();
             let wi = [r * cos, r * sin, z];
             (reference.eval_cos(wi, wr), approximation.eval_cos(wi, wr))
         })
         .collect();
-    let mut result = Bias { view_deg, reflectance: 0.0, bias: 0.0 };
+    let mut result = Bias {
+        view_deg,
+        reflectance: 0.0,
+        bias: 0.0,
+    };
     for channel in 0..3 {
-        let truth: f64 = lights.iter().map(|(truth, _)| truth[channel] * solid_angle).sum();
-        let value: f64 = lights.iter().map(|(_, value)| value[channel] * solid_angle).sum();
+        let truth: f64 = lights
+            .iter()
+            .map(|(truth, _)| truth[channel] * solid_angle)
+            .sum();
+        let value: f64 = lights
+            .iter()
+            .map(|(_, value)| value[channel] * solid_angle)
+            .sum();
         result.reflectance = result.reflectance.max(truth);
-        let bias = if value == truth { 0.0 } else { (value - truth) / truth };
+        let bias = if value == truth {
+            0.0
+        } else {
+            (value - truth) / truth
+        };
         if bias.abs() > result.bias.abs() {
             result.bias = bias;
         }

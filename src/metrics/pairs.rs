@@ -39,10 +39,18 @@ pub fn protocol_pairs(fabric: &Fabric, count: usize, seed: u64) -> Vec<Pair> {
             let thread = threads[rng.random_range(0..threads.len())];
             let wr = on_reflection_cone(thread, wi, &mut rng);
             if wr.z > 0.0 {
-                return Pair { wi: wi.to_array(), wr: wr.to_array(), kind: PairKind::Highlight };
+                return Pair {
+                    wi: wi.to_array(),
+                    wr: wr.to_array(),
+                    kind: PairKind::Highlight,
+                };
             }
         }
-        Pair { wi: wi.to_array(), wr: cosine_weighted(&mut rng).to_array(), kind: PairKind::Render }
+        Pair {
+            wi: wi.to_array(),
+            wr: cosine_weighted(&mut rng).to_array(),
+            kind: PairKind::Render,
+        }
     };
     (0..count).map(pair).collect()
 }
@@ -58,8 +66,8 @@ fn cosine_weighted(rng: &mut ChaCha8Rng) -> DVec3 {
 /// A direction at which a cylinder of a random tilt of `thread`, jittered by γ_s, reflects light from `wi`: the half of
 /// the cone that leaves the cylinder on its outer side, azimuth uniform.
 fn on_reflection_cone(thread: &Thread, wi: DVec3, rng: &mut ChaCha8Rng) -> DVec3 {
-    let tilt = thread.tilt_at(rng.random())
-        + thread.optics.gamma_s * rng.sample::<f64, _>(StandardNormal);
+    let tilt =
+        thread.tilt_at(rng.random()) + thread.optics.gamma_s * rng.sample::<f64, _>(StandardNormal);
 
     let along = DVec3::new(thread.direction.cos(), thread.direction.sin(), 0.0);
     let side = DVec3::Z.cross(along);

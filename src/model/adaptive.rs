@@ -42,17 +42,22 @@ pub fn mean_response(
         let (sin, cos) = delta.sin_cos();
         pair.response(optics, cos, sin)
     };
-    let single = tangents
-        .tilts()
-        .iter()
-        .fold(Response::zero(), |sum, tilt| sum.plus(tilt.weight, pair.response(optics, tilt.cos, tilt.sin)));
+    let single = tangents.tilts().iter().fold(Response::zero(), |sum, tilt| {
+        sum.plus(tilt.weight, pair.response(optics, tilt.cos, tilt.sin))
+    });
     let cuts = Cuts::new(pair, optics);
     let mut panels: Vec<Panel> = Vec::new();
     for segment in tangents.segments() {
         let density = segment.weight / (segment.to - segment.from);
         let mut from = segment.from.max(cuts.visible.0);
         let end = segment.to.min(cuts.visible.1);
-        for cut in cuts.kinks.iter().copied().filter(|cut| *cut < end).chain([end]) {
+        for cut in cuts
+            .kinks
+            .iter()
+            .copied()
+            .filter(|cut| *cut < end)
+            .chain([end])
+        {
             if cut > from {
                 panels.push(Panel::new(from, cut, density, &integrand));
                 from = cut;
@@ -60,12 +65,16 @@ pub fn mean_response(
         }
     }
 
-    let estimate = panels.iter().fold(single, |sum, panel| sum.plus(1.0, panel.value));
+    let estimate = panels
+        .iter()
+        .fold(single, |sum, panel| sum.plus(1.0, panel.value));
     let allowed = Response {
         surface: tolerance * (estimate.surface + 1e-3 * estimate.volume),
         volume: tolerance * (estimate.volume + 1e-3 * estimate.surface),
     };
-    panels.iter().fold(single, |sum, panel| sum.plus(1.0, panel.refine(allowed, 0, &integrand)))
+    panels.iter().fold(single, |sum, panel| {
+        sum.plus(1.0, panel.refine(allowed, 0, &integrand))
+    })
 }
 
 /// Where the integrand's range ends and where it is not smooth, in tilt.
@@ -100,7 +109,10 @@ impl Cuts {
         kinks.push(highlight);
         for gamma in [optics.gamma_s, optics.gamma_v] {
             for widths in [1.5, 5.0] {
-                kinks.extend([highlight - widths * gamma / slope, highlight + widths * gamma / slope]);
+                kinks.extend([
+                    highlight - widths * gamma / slope,
+                    highlight + widths * gamma / slope,
+                ]);
             }
         }
         kinks.retain(|cut| cut.is_finite());
@@ -123,10 +135,20 @@ impl Panel {
         let value = NODES.iter().fold(Response::zero(), |sum, (node, weight)| {
             sum.plus(weight * half * density, integrand(middle + half * node))
         });
-        Self { from, to, density, value }
+        Self {
+            from,
+            to,
+            density,
+            value,
+        }
     }
 
-    fn refine(&self, allowed: Response<f64>, depth: u32, integrand: &impl Fn(f64) -> Response<f64>) -> Response<f64> {
+    fn refine(
+        &self,
+        allowed: Response<f64>,
+        depth: u32,
+        integrand: &impl Fn(f64) -> Response<f64>,
+    ) -> Response<f64> {
         let middle = 0.5 * (self.from + self.to);
         let halves = [(self.from, middle), (middle, self.to)]
             .map(|(from, to)| Self::new(from, to, self.density, integrand));
@@ -136,7 +158,9 @@ impl Panel {
         if agree || depth == MAX_DEPTH || middle <= self.from || middle >= self.to {
             sum
         } else {
-            halves[0].refine(allowed, depth + 1, integrand).plus(1.0, halves[1].refine(allowed, depth + 1, integrand))
+            halves[0]
+                .refine(allowed, depth + 1, integrand)
+                .plus(1.0, halves[1].refine(allowed, depth + 1, integrand))
         }
     }
 }

@@ -15,6 +15,10 @@ pub trait Model<R: Real>: Sync {
 
     /// The BRDF \[1/sr\], linear RGB; zero when either direction is not above the surface.
     fn eval(&self, wi: Vec3<R>, wr: Vec3<R>) -> Vec3<R> {
-        if wi[2] > R::zero() { self.eval_cos(wi, wr).map(|rho| rho / wi[2]) } else { [R::zero(); 3] }
+        if wi[2] > R::zero() {
+            self.eval_cos(wi, wr).map(|rho| rho / wi[2])
+        } else {
+            [R::zero(); 3]
+        }
     }
 }

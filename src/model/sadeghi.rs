@@ -4,7 +4,9 @@
 //! over threads ([`Weave`]). Published parameters make the model neither reciprocal nor energy conserving.
 
 use super::{Model, adaptive::mean_response};
-use crate::brdf::{Optics, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair, ThreadResponse, Weave};
+use crate::brdf::{
+    Optics, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair, ThreadResponse, Weave,
+};
 use crate::fabric::Fabric;
 use crate::math::{Real, Vec3, norm2};
 
@@ -46,7 +48,12 @@ struct Thread<R> {
 enum Tangents<R> {
     /// (cos δ, sin δ) of equally weighted tilts.
     Midpoints(Vec<(R, R)>),
-    Adaptive { curve: TangentCurve<f64>, optics: Optics<f64>, sigma_u: f64, tolerance: f64 },
+    Adaptive {
+        curve: TangentCurve<f64>,
+        optics: Optics<f64>,
+        sigma_u: f64,
+        tolerance: f64,
+    },
 }
 
 /// What ρ is made of.
@@ -71,7 +78,11 @@ impl<R: Real> Sadeghi<R> {
             tangents: match rule {
                 Rule::Midpoint(samples) => {
                     let tilts = thread.midpoints(samples.max(1));
-                    Tangents::Midpoints(tilts.map(|delta| (R::of(delta.cos()), R::of(delta.sin()))).collect())
+                    Tangents::Midpoints(
+                        tilts
+                            .map(|delta| (R::of(delta.cos()), R::of(delta.sin())))
+                            .collect(),
+                    )
                 }
                 Rule::Adaptive(tolerance) => Tangents::Adaptive {
                     curve: thread.tangents(),
@@ -94,14 +105,22 @@ impl<R: Real> Sadeghi<R> {
     pub fn components(&self, wi: Vec3<R>, wr: Vec3<R>) -> Components<R> {
         let mut threads = Vec::with_capacity(self.threads.len());
         let weave = self.weave(wi, wr, |thread| threads.push(thread));
-        Components { threads, q: weave.q, rho: weave.rho() }
+        Components {
+            threads,
+            q: weave.q,
+            rho: weave.rho(),
+        }
     }
 
     fn weave(&self, wi: Vec3<R>, wr: Vec3<R>, mut each: impl FnMut(ThreadResponse<R>)) -> Weave<R> {
         let above = wi[2] > R::zero() && wr[2] > R::zero();
         let mut weave = Weave::new(self.gap, if above { wr[2] } else { R::zero() });
         for thread in &self.threads {
-            let response = if above { self.thread_response(thread, wi, wr) } else { ThreadResponse::zero() };
+            let response = if above {
+                self.thread_response(thread, wi, wr)
+            } else {
+                ThreadResponse::zero()
+            };
             weave.add(thread.coverage, thread.albedo, &response);
             each(response);
         }
@@ -117,16 +136,25 @@ impl<R: Real> Sadeghi<R> {
                 let r_r = norm2(wr[0], wr[2]);
                 let mut sum = ThreadResponse::zero();
                 for (cos, sin) in tilts {
-                    sum.response = sum.response.plus(weight, pair.response(&thread.optics, *cos, *sin));
+                    sum.response = sum
+                        .response
+                        .plus(weight, pair.response(&thread.optics, *cos, *sin));
                     sum.projection += weight
                         * match self.reweighting {
-                            Reweighting::View => ((*cos * wr[2] - *sin * wr[0]) / r_r).max(R::zero()),
+                            Reweighting::View => {
+                                ((*cos * wr[2] - *sin * wr[0]) / r_r).max(R::zero())
+                            }
                             Reweighting::Both => pair.visibility(*cos, *sin),
                         };
                 }
                 sum
             }
-            Tangents::Adaptive { curve, optics, sigma_u, tolerance } => {
+            Tangents::Adaptive {
+                curve,
+                optics,
+                sigma_u,
+                tolerance,
+            } => {
                 let (wi, wr) = (wi.map(R::to_double), wr.map(R::to_double));
                 let pair = ThreadPair::new(wi, wr, *sigma_u);
                 let Response { surface, volume } = mean_response(&pair, optics, curve, *tolerance);
@@ -135,7 +163,10 @@ impl<R: Real> Sadeghi<R> {
                     Reweighting::Both => curve.joint_projection(wi, wr, pair.correlation_psi()),
                 };
                 ThreadResponse {
-                    response: Response { surface: R::of(surface), volume: R::of(volume) },
+                    response: Response {
+                        surface: R::of(surface),
+                        volume: R::of(volume),
+                    },
                     projection: R::of(projection),
                 }
             }

@@ -7,7 +7,11 @@ pub const MAX_NODES: usize = 1024;
 
 /// How many nodes a value between two of them is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(
+    feature = "bake",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum Interpolation {
     /// Two: exact for straight lines.
     Linear,
@@ -78,7 +82,9 @@ impl Axis {
                 None => (0, last),
             };
             let taps = interpolation.taps().min(high - low + 1);
-            let first = (cell + 1).saturating_sub(taps / 2).clamp(low, high + 1 - taps);
+            let first = (cell + 1)
+                .saturating_sub(taps / 2)
+                .clamp(low, high + 1 - taps);
             // Four values are always read, so the stencil must not run past the end.
             let read = (interpolation.taps()).min(nodes.len());
             let shifted = first.min(nodes.len() - read);
@@ -95,7 +101,12 @@ impl Axis {
             }
             *bucket = cell as u16;
         }
-        Some(Self { nodes, interpolation, cells, buckets })
+        Some(Self {
+            nodes,
+            interpolation,
+            cells,
+            buckets,
+        })
     }
 
     /// The nodes.
@@ -129,14 +140,25 @@ impl Axis {
         while cell + 1 < self.cells.len() && self.cells[cell + 1].start <= x {
             cell += 1;
         }
-        let Cell { start, inverse_width, first, coefficients: c } = &self.cells[cell];
-        // max before min turns NaN into 0.
+        let Cell {
+            start,
+            inverse_width,
+            first,
+            coefficients: c,
+        } = &self.cells[cell];
+        #[expect(
+            clippy::manual_clamp,
+            reason = "max before min turns NaN into 0, clamp would keep it"
+        )]
         let t = ((x - start) * inverse_width).max(0.0).min(1.0);
         let mut weights = [0.0; 4];
         for (j, weight) in weights.iter_mut().enumerate() {
             *weight = ((c[3][j] * t + c[2][j]) * t + c[1][j]) * t + c[0][j];
         }
-        Stencil { first: usize::from(*first), weights }
+        Stencil {
+            first: usize::from(*first),
+            weights,
+        }
     }
 }
 
@@ -161,7 +183,12 @@ impl Cell {
                 coefficients[k][j - first] = polynomial[k] as f32;
             }
         }
-        Self { start: start as f32, inverse_width: (1.0 / (end - start)) as f32, first: first as u16, coefficients }
+        Self {
+            start: start as f32,
+            inverse_width: (1.0 / (end - start)) as f32,
+            first: first as u16,
+            coefficients,
+        }
     }
 }
 
@@ -171,7 +198,9 @@ mod tests {
 
     fn interpolate(axis: &Axis, x: f32, f: impl Fn(f32) -> f32) -> f32 {
         let Stencil { first, weights } = axis.stencil(x);
-        (0..axis.taps()).map(|j| weights[j] * f(axis.nodes()[first + j])).sum()
+        (0..axis.taps())
+            .map(|j| weights[j] * f(axis.nodes()[first + j]))
+            .sum()
     }
 
     fn uneven() -> Vec<f32> {
@@ -181,7 +210,13 @@ mod tests {
     #[test]
     fn cubic_interpolation_is_exact_for_cubics_and_for_kinks_at_a_node() {
         let axis = Axis::new(uneven(), Interpolation::Cubic, Some(0.5)).unwrap();
-        let f = |x: f32| if x < 0.5 { 1.125 + (x - 0.5) * x * x } else { 1.125 + (x - 0.5) * (3.0 - x * x) };
+        let f = |x: f32| {
+            if x < 0.5 {
+                1.125 + (x - 0.5) * x * x
+            } else {
+                1.125 + (x - 0.5) * (3.0 - x * x)
+            }
+        };
         for k in 0..=1000 {
             let x = k as f32 / 1000.0;
             assert!((interpolate(&axis, x, f) - f(x)).abs() < 2e-6, "{x}");
@@ -222,7 +257,14 @@ mod tests {
 
     #[test]
     fn disordered_nodes_are_refused() {
-        for nodes in [vec![], vec![0.5], vec![0.0, 0.0], vec![0.5, 0.2], vec![0.0, 1.5], vec![0.0, f32::NAN]] {
+        for nodes in [
+            vec![],
+            vec![0.5],
+            vec![0.0, 0.0],
+            vec![0.5, 0.2],
+            vec![0.0, 1.5],
+            vec![0.0, f32::NAN],
+        ] {
             assert!(Axis::new(nodes, Interpolation::Linear, None).is_none());
         }
     }

@@ -6,7 +6,11 @@ use half::f16;
 
 /// What a stored number is of the value it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    feature = "bake",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Encoding {
     /// Value / scale as f32.
     F32,
@@ -32,7 +36,7 @@ impl Encoding {
     pub fn encode(self, value: f64) -> f64 {
         match self {
             Self::F32 | Self::F16 => value,
-            Self::SqrtF16 => value.max(0.0).sqrt(),
+            Self::SqrtF16 => num_traits::Float::sqrt(value.max(0.0)),
         }
     }
 

@@ -64,17 +64,34 @@ impl fmt::Display for Error {
                 super::format::MINOR
             ),
             Self::Truncated { expected, found } => {
-                write!(f, "truncated: {found} bytes of {expected}; copy or bake it again")
+                write!(
+                    f,
+                    "truncated: {found} bytes of {expected}; copy or bake it again"
+                )
             }
             Self::TrailingBytes { expected, found } => {
-                write!(f, "{} bytes follow the end of the table at {expected}; copy or bake it again", found - expected)
+                write!(
+                    f,
+                    "{} bytes follow the end of the table at {expected}; copy or bake it again",
+                    found - expected
+                )
             }
-            Self::Checksum { part } => write!(f, "damaged: the checksum of the {part} does not match; copy or bake it again"),
+            Self::Checksum { part } => write!(
+                f,
+                "damaged: the checksum of the {part} does not match; copy or bake it again"
+            ),
             Self::Invalid { what, offset } => write!(f, "invalid: {what} (header byte {offset})"),
             Self::TooLarge { bytes } => {
-                write!(f, "would take {bytes} bytes of memory, more than the {} allowed", super::MAX_DECODED_BYTES)
+                write!(
+                    f,
+                    "would take {bytes} bytes of memory, more than the {} allowed",
+                    super::MAX_DECODED_BYTES
+                )
             }
-            Self::Decompression => write!(f, "damaged: a chunk does not decompress; copy or bake it again"),
+            Self::Decompression => write!(
+                f,
+                "damaged: a chunk does not decompress; copy or bake it again"
+            ),
             Self::NoZstd => write!(f, "compressed, but this build lacks the `zstd` feature"),
         }
     }

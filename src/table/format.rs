@@ -7,7 +7,10 @@ use alloc::{borrow::ToOwned, string::String, vec, vec::Vec};
 use half::f16;
 
 use super::grid::CHANNELS;
-use super::{Axis, Encoding, Error, Grid, Interpolation, MAX_NODES, Samples, Table, ThreadParameters, ThreadTable};
+use super::{
+    Axis, Encoding, Error, Grid, Interpolation, MAX_NODES, Samples, Table, ThreadParameters,
+    ThreadTable,
+};
 use crate::brdf::{Optics, Reweighting};
 use crate::chart::Chart;
 
@@ -51,7 +54,10 @@ impl Table {
     /// [`Error`] says what is wrong. Memory beyond [`MAX_DECODED_BYTES`] is never asked for.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let header = header_of(bytes)?;
-        let mut reader = Reader { bytes: header, offset: CHECKED_FROM };
+        let mut reader = Reader {
+            bytes: header,
+            offset: CHECKED_FROM,
+        };
         let chunk_count = reader.u32()?;
         let reweighting = match reader.u8()? {
             0 => Reweighting::View,
@@ -84,15 +90,24 @@ impl Table {
         check_layout(bytes, header.len(), &chunks)?;
 
         let mut grid_chunks = chunks.iter();
-        let metadata_chunk = grid_chunks.next().ok_or(reader.invalid("number of chunks"))?;
-        let metadata = String::from_utf8(decode(bytes, metadata_chunk, 1, "metadata")?)
-            .map_err(|_| Error::Invalid { what: "metadata is not UTF-8", offset: metadata_chunk.offset })?;
+        let metadata_chunk = grid_chunks
+            .next()
+            .ok_or(reader.invalid("number of chunks"))?;
+        let metadata =
+            String::from_utf8(decode(bytes, metadata_chunk, 1, "metadata")?).map_err(|_| {
+                Error::Invalid {
+                    what: "metadata is not UTF-8",
+                    offset: metadata_chunk.offset,
+                }
+            })?;
         let mut loaded = Vec::new();
         for (parameters, grid) in threads {
             let grid = match grid {
                 None => None,
                 Some(grid) => {
-                    let chunk = grid_chunks.next().ok_or(reader.invalid("number of chunks"))?;
+                    let chunk = grid_chunks
+                        .next()
+                        .ok_or(reader.invalid("number of chunks"))?;
                     Some(grid.load(bytes, chunk)?)
                 }
             };
@@ -114,16 +129,25 @@ fn header_of(bytes: &[u8]) -> Result<&[u8], Error> {
     if magic.is_empty() || magic != &MAGIC[..magic.len()] {
         return Err(Error::NotATable);
     }
-    let truncated = |expected: usize| Error::Truncated { expected: expected as u64, found: bytes.len() as u64 };
+    let truncated = |expected: usize| Error::Truncated {
+        expected: expected as u64,
+        found: bytes.len() as u64,
+    };
     let start = bytes.get(..CHECKED_FROM).ok_or(truncated(CHECKED_FROM))?;
-    let mut reader = Reader { bytes: start, offset: MAGIC.len() };
+    let mut reader = Reader {
+        bytes: start,
+        offset: MAGIC.len(),
+    };
     let (major, minor) = (reader.u16()?, reader.u16()?);
     if major != MAJOR || minor > MINOR {
         return Err(Error::Version { major, minor });
     }
     let length = reader.u32()? as usize;
-    if length > MAX_HEADER_BYTES || length < ALIGNMENT || length % ALIGNMENT != 0 {
-        return Err(Error::Invalid { what: "header length", offset: 12 });
+    if !(ALIGNMENT..=MAX_HEADER_BYTES).contains(&length) || !length.is_multiple_of(ALIGNMENT) {
+        return Err(Error::Invalid {
+            what: "header length",
+            offset: 12,
+        });
     }
     let crc = reader.u32()?;
     let header = bytes.get(..length).ok_or(truncated(length))?;
@@ -139,15 +163,24 @@ fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<
     for chunk in chunks {
         let start = end.next_multiple_of(ALIGNMENT);
         if chunk.offset != start {
-            return Err(Error::Invalid { what: "chunk offset", offset: chunk.offset });
+            return Err(Error::Invalid {
+                what: "chunk offset",
+                offset: chunk.offset,
+            });
         }
         let padding = bytes.get(end..start).unwrap_or(&[]);
         if padding.iter().any(|byte| *byte != 0) {
-            return Err(Error::Invalid { what: "padding is not zero", offset: end });
+            return Err(Error::Invalid {
+                what: "padding is not zero",
+                offset: end,
+            });
         }
         end = start
             .checked_add(chunk.stored_bytes)
-            .ok_or(Error::Invalid { what: "chunk length", offset: chunk.offset })?;
+            .ok_or(Error::Invalid {
+                what: "chunk length",
+                offset: chunk.offset,
+            })?;
     }
     let (expected, found) = (end as u64, bytes.len() as u64);
     match found.cmp(&expected) {
@@ -155,7 +188,11 @@ fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<
         core::cmp::Ordering::Greater => Err(Error::TrailingBytes { expected, found }),
         core::cmp::Ordering::Equal => {
             let decoded: u64 = chunks.iter().map(|chunk| chunk.decoded_bytes as u64).sum();
-            if decoded > MAX_DECODED_BYTES { Err(Error::TooLarge { bytes: decoded }) } else { Ok(()) }
+            if decoded > MAX_DECODED_BYTES {
+                Err(Error::TooLarge { bytes: decoded })
+            } else {
+                Ok(())
+            }
         }
     }
 }
@@ -171,7 +208,11 @@ fn decode(bytes: &[u8], chunk: &Chunk, word: usize, part: &'static str) -> Resul
         Codec::Zstd => decompress(stored, chunk.decoded_bytes)?,
         Codec::ZstdPlanes => join_planes(&decompress(stored, chunk.decoded_bytes)?, word),
     };
-    if decoded.len() == chunk.decoded_bytes { Ok(decoded) } else { Err(Error::Decompression) }
+    if decoded.len() == chunk.decoded_bytes {
+        Ok(decoded)
+    } else {
+        Err(Error::Decompression)
+    }
 }
 
 #[cfg(feature = "zstd")]
@@ -202,24 +243,51 @@ fn split_planes(bytes: &[u8], word: usize) -> Vec<u8> {
 
 /// The inverse of [`split_planes`].
 fn join_planes(planes: &[u8], word: usize) -> Vec<u8> {
-    let count = planes.len() / word;
-    let mut bytes = vec![0; count * word];
-    let mut before = [0u32; CHANNELS];
-    for i in 0..count {
-        let mut difference = 0;
-        for k in 0..word {
-            difference |= u32::from(planes[k * count + i]) << (8 * k);
-        }
-        let value = before[i % CHANNELS].wrapping_add(difference);
+    match word {
+        2 => join_words(
+            planes,
+            |[low, high]| u16::from_le_bytes([low, high]),
+            u16::wrapping_add,
+            u16::to_le_bytes,
+        ),
+        4 => join_words(
+            planes,
+            u32::from_le_bytes,
+            u32::wrapping_add,
+            u32::to_le_bytes,
+        ),
+        _ => planes.to_owned(),
+    }
+}
+
+/// Sums up the differences in the `N` planes, per channel.
+fn join_words<T: Copy + Default, const N: usize>(
+    planes: &[u8],
+    from_bytes: impl Fn([u8; N]) -> T,
+    add: impl Fn(T, T) -> T,
+    to_bytes: impl Fn(T) -> [u8; N],
+) -> Vec<u8> {
+    let count = planes.len() / N;
+    let planes: [&[u8]; N] = core::array::from_fn(|k| &planes[k * count..(k + 1) * count]);
+    let mut bytes = vec![0; count * N];
+    let mut before = [T::default(); CHANNELS];
+    for (i, out) in bytes.chunks_exact_mut(N).enumerate() {
+        let value = add(
+            before[i % CHANNELS],
+            from_bytes(planes.map(|plane| plane[i])),
+        );
         before[i % CHANNELS] = value;
-        bytes[i * word..(i + 1) * word].copy_from_slice(&value.to_le_bytes()[..word]);
+        out.copy_from_slice(&to_bytes(value));
     }
     bytes
 }
 
 #[cfg(feature = "zstd")]
 fn read_word(bytes: &[u8]) -> u32 {
-    bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte))
+    bytes
+        .iter()
+        .rev()
+        .fold(0, |word, byte| word << 8 | u32::from(*byte))
 }
 
 /// A grid's part of the header.
@@ -235,12 +303,20 @@ impl GridHeader {
     fn load(self, bytes: &[u8], chunk: &Chunk) -> Result<Grid, Error> {
         let word = self.encoding.bytes();
         // At most 2 · 1024⁴ · 4.
-        let expected = self.axes.iter().map(|axis| axis.len() as u64).product::<u64>() * (CHANNELS * word) as u64;
+        let expected = self
+            .axes
+            .iter()
+            .map(|axis| axis.len() as u64)
+            .product::<u64>()
+            * (CHANNELS * word) as u64;
         if expected > MAX_DECODED_BYTES {
             return Err(Error::TooLarge { bytes: expected });
         }
         if expected != chunk.decoded_bytes as u64 {
-            return Err(Error::Invalid { what: "size of samples", offset: chunk.offset });
+            return Err(Error::Invalid {
+                what: "size of samples",
+                offset: chunk.offset,
+            });
         }
         let decoded = decode(bytes, chunk, word, "samples")?;
         let (samples, finite) = match self.encoding {
@@ -253,18 +329,38 @@ impl GridHeader {
                 (Samples::F32(samples), finite)
             }
             Encoding::F16 | Encoding::SqrtF16 => {
-                let samples: Vec<f16> =
-                    decoded.chunks_exact(2).map(|word| f16::from_le_bytes([word[0], word[1]])).collect();
+                let samples: Vec<f16> = decoded
+                    .chunks_exact(2)
+                    .map(|word| f16::from_le_bytes([word[0], word[1]]))
+                    .collect();
                 // Non-negative finite numbers are exactly the bit patterns below infinity's.
-                let finite = samples.iter().all(|x| x.to_bits() < f16::INFINITY.to_bits());
+                let finite = samples
+                    .iter()
+                    .all(|x| x.to_bits() < f16::INFINITY.to_bits());
                 (Samples::F16(samples), finite)
             }
         };
         if !finite {
-            return Err(Error::Invalid { what: "a sample is negative or not finite", offset: chunk.offset });
+            return Err(Error::Invalid {
+                what: "a sample is negative or not finite",
+                offset: chunk.offset,
+            });
         }
-        let Self { chart, folded, encoding, scale, axes } = self;
-        Ok(Grid { chart, folded, axes, encoding, scale, samples })
+        let Self {
+            chart,
+            folded,
+            encoding,
+            scale,
+            axes,
+        } = self;
+        Ok(Grid {
+            chart,
+            folded,
+            axes,
+            encoding,
+            scale,
+            samples,
+        })
     }
 }
 
@@ -275,12 +371,18 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn invalid(&self, what: &'static str) -> Error {
-        Error::Invalid { what, offset: self.offset }
+        Error::Invalid {
+            what,
+            offset: self.offset,
+        }
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N], Error> {
         let end = self.offset + N;
-        let taken = self.bytes.get(self.offset..end).and_then(|bytes| bytes.try_into().ok());
+        let taken = self
+            .bytes
+            .get(self.offset..end)
+            .and_then(|bytes| bytes.try_into().ok());
         let taken = taken.ok_or(self.invalid("the header ends too soon"))?;
         self.offset = end;
         Ok(taken)
@@ -308,12 +410,24 @@ impl Reader<'_> {
 
     fn f64_where(&mut self, what: &'static str, valid: impl Fn(f64) -> bool) -> Result<f64, Error> {
         let x = self.take().map(f64::from_le_bytes)?;
-        if x.is_finite() && valid(x) { Ok(x) } else { Err(self.invalid(what)) }
+        if x.is_finite() && valid(x) {
+            Ok(x)
+        } else {
+            Err(self.invalid(what))
+        }
     }
 
-    fn count(&mut self, what: &'static str, range: core::ops::RangeInclusive<u32>) -> Result<u32, Error> {
+    fn count(
+        &mut self,
+        what: &'static str,
+        range: core::ops::RangeInclusive<u32>,
+    ) -> Result<u32, Error> {
         let count = self.u32()?;
-        if range.contains(&count) { Ok(count) } else { Err(self.invalid(what)) }
+        if range.contains(&count) {
+            Ok(count)
+        } else {
+            Err(self.invalid(what))
+        }
     }
 
     /// Bytes that must be zero.
@@ -340,9 +454,17 @@ impl Reader<'_> {
             _ => return Err(self.invalid("codec")),
         };
         if decoded_bytes as u64 > MAX_DECODED_BYTES {
-            return Err(Error::TooLarge { bytes: decoded_bytes as u64 });
+            return Err(Error::TooLarge {
+                bytes: decoded_bytes as u64,
+            });
         }
-        Ok(Chunk { codec, offset, stored_bytes, decoded_bytes, crc })
+        Ok(Chunk {
+            codec,
+            offset,
+            stored_bytes,
+            decoded_bytes,
+            crc,
+        })
     }
 
     fn thread(&mut self) -> Result<(ThreadParameters, Option<GridHeader>), Error> {
@@ -373,14 +495,20 @@ impl Reader<'_> {
         let quarter = within(core::f64::consts::FRAC_PI_2 + 1e-9);
         let (mut tilts, mut segments) = (Vec::new(), Vec::new());
         for _ in 0..self.count("number of tilts", 0..=MAX_PARTS)? {
-            tilts.push((self.f64_where("tilt", quarter)?, self.f64_where("weight of a tilt", unit)?));
+            tilts.push((
+                self.f64_where("tilt", quarter)?,
+                self.f64_where("weight of a tilt", unit)?,
+            ));
         }
         for _ in 0..self.count("number of segments", 0..=MAX_PARTS)? {
             let from = self.f64_where("start of a segment", quarter)?;
             let to = self.f64_where("end of a segment", |x| quarter(x) && x > from)?;
             segments.push((from, to, self.f64_where("weight of a segment", unit)?));
         }
-        let weights = tilts.iter().map(|tilt| tilt.1).chain(segments.iter().map(|segment| segment.2));
+        let weights = tilts
+            .iter()
+            .map(|tilt| tilt.1)
+            .chain(segments.iter().map(|segment| segment.2));
         if (weights.sum::<f64>() - 1.0).abs() > 1e-6 {
             return Err(self.invalid("sum of a thread's weights"));
         }
@@ -389,7 +517,18 @@ impl Reader<'_> {
             1 if !segments.is_empty() => Some(self.grid()?),
             _ => return Err(self.invalid("presence of a grid")),
         };
-        Ok((ThreadParameters { name, direction, coverage, albedo, optics, tilts, segments }, grid))
+        Ok((
+            ThreadParameters {
+                name,
+                direction,
+                coverage,
+                albedo,
+                optics,
+                tilts,
+                segments,
+            },
+            grid,
+        ))
     }
 
     fn grid(&mut self) -> Result<GridHeader, Error> {
@@ -433,10 +572,18 @@ impl Reader<'_> {
             for _ in 0..nodes {
                 places.push(self.f32()?);
             }
-            axes.push(Axis::new(places, interpolation, kink).ok_or(self.invalid("nodes of an axis"))?);
+            axes.push(
+                Axis::new(places, interpolation, kink).ok_or(self.invalid("nodes of an axis"))?,
+            );
         }
         let axes = <[Axis; 4]>::try_from(axes).map_err(|_| self.invalid("axes"))?;
-        Ok(GridHeader { chart, folded, encoding, scale, axes })
+        Ok(GridHeader {
+            chart,
+            folded,
+            encoding,
+            scale,
+            axes,
+        })
     }
 }
 
@@ -453,11 +600,23 @@ mod write {
         /// # Errors
         /// When zstd runs out of memory.
         pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
-            let grids: Vec<&Grid> = self.threads.iter().filter_map(|thread| thread.grid.as_ref()).collect();
-            let mut contents = vec![(Codec::Zstd, self.metadata.len(), compress(self.metadata.as_bytes())?)];
+            let grids: Vec<&Grid> = self
+                .threads
+                .iter()
+                .filter_map(|thread| thread.grid.as_ref())
+                .collect();
+            let mut contents = vec![(
+                Codec::Zstd,
+                self.metadata.len(),
+                compress(self.metadata.as_bytes())?,
+            )];
             for grid in &grids {
                 let (bytes, word) = (sample_bytes(&grid.samples), grid.encoding.bytes());
-                contents.push((Codec::ZstdPlanes, bytes.len(), compress(&split_planes(&bytes, word))?));
+                contents.push((
+                    Codec::ZstdPlanes,
+                    bytes.len(),
+                    compress(&split_planes(&bytes, word))?,
+                ));
             }
 
             let mut body = Vec::new();
@@ -470,7 +629,8 @@ mod write {
                 put_thread(&mut body, thread);
             }
             const CHUNK_ENTRY: usize = 32;
-            let header_length = (CHECKED_FROM + body.len() + CHUNK_ENTRY * contents.len()).next_multiple_of(ALIGNMENT);
+            let header_length = (CHECKED_FROM + body.len() + CHUNK_ENTRY * contents.len())
+                .next_multiple_of(ALIGNMENT);
             let mut end = header_length;
             for (codec, decoded_bytes, stored) in &contents {
                 let offset = end.next_multiple_of(ALIGNMENT);
@@ -519,7 +679,15 @@ mod write {
     }
 
     fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable) {
-        let ThreadParameters { name, direction, coverage, albedo, optics, tilts, segments } = &thread.parameters;
+        let ThreadParameters {
+            name,
+            direction,
+            coverage,
+            albedo,
+            optics,
+            tilts,
+            segments,
+        } = &thread.parameters;
         put_u32(out, name.len());
         out.extend(name.bytes());
         // The body begins at CHECKED_FROM, a multiple of 4.

@@ -1,5 +1,7 @@
 //! The 4D table of one thread.
 
+use half::slice::HalfFloatSliceExt;
+
 use super::{Axis, Encoding, Samples, Stencil};
 use crate::chart::Chart;
 
@@ -58,32 +60,50 @@ impl Grid {
         let u = self.chart.coordinates(wi, wr);
         let stencils = [0, 1, 2, 3].map(|k| self.axes[k].stencil(u[k]));
         let sums = match &self.samples {
-            Samples::F32(samples) => self.interpolate(&stencils, samples, |x| x),
-            Samples::F16(samples) => self.interpolate(&stencils, samples, half::f16::to_f32),
+            Samples::F32(samples) => {
+                self.interpolate(&stencils, samples, |from, to| to.copy_from_slice(from))
+            }
+            // By slices: the conversion looks up once per call which instructions there are.
+            Samples::F16(samples) => {
+                self.interpolate(&stencils, samples, |from, to| from.convert_to_f32_slice(to))
+            }
         };
         [0, 1].map(|channel| self.scale[channel] * self.encoding.decode(sums[channel]))
     }
 
     #[inline(always)]
-    fn interpolate<T: Copy>(&self, stencils: &[Stencil; 4], samples: &[T], to_f32: impl Fn(T) -> f32) -> [f32; 2] {
+    fn interpolate<T>(
+        &self,
+        stencils: &[Stencil; 4],
+        samples: &[T],
+        load: impl Fn(&[T], &mut [f32]),
+    ) -> [f32; 2] {
         let [n0, n1, n2, _] = self.axes.each_ref().map(Axis::len);
         let taps = self.axes.each_ref().map(Axis::taps);
-        let mut sums = [0.0; CHANNELS];
+        // Per node of the sharp axis and channel, summed over the other axes.
+        let mut sums = [0.0; 4 * CHANNELS];
+        let mut row = [0.0; 4 * CHANNELS];
+        let length = CHANNELS * taps[0];
         for d in 0..taps[3] {
             for c in 0..taps[2] {
                 let plane = (stencils[3].first + d) * n2 + stencils[2].first + c;
+                let plane_weight = stencils[3].weights[d] * stencils[2].weights[c];
                 for b in 0..taps[1] {
-                    let row = (plane * n1 + stencils[1].first + b) * n0 + stencils[0].first;
-                    let weight = stencils[3].weights[d] * stencils[2].weights[c] * stencils[1].weights[b];
-                    let nodes = samples[CHANNELS * row..CHANNELS * (row + taps[0])].chunks_exact(CHANNELS);
-                    for (node, w) in nodes.zip(stencils[0].weights) {
-                        for (sum, sample) in sums.iter_mut().zip(node) {
-                            *sum += weight * w * to_f32(*sample);
-                        }
+                    let start =
+                        CHANNELS * ((plane * n1 + stencils[1].first + b) * n0 + stencils[0].first);
+                    let weight = plane_weight * stencils[1].weights[b];
+                    load(&samples[start..start + length], &mut row[..length]);
+                    for (sum, sample) in sums.iter_mut().zip(row) {
+                        *sum += weight * sample;
                     }
                 }
             }
         }
-        sums
+        let along_sharp = |channel: usize| {
+            (0..4)
+                .map(|a| stencils[0].weights[a] * sums[CHANNELS * a + channel])
+                .sum()
+        };
+        [along_sharp(0), along_sharp(1)]
     }
 }

@@ -44,7 +44,11 @@ impl Table {
 
     /// Bytes of samples in memory, all threads.
     pub fn decoded_bytes(&self) -> usize {
-        self.threads.iter().filter_map(|thread| thread.grid.as_ref()).map(Grid::bytes).sum()
+        self.threads
+            .iter()
+            .filter_map(|thread| thread.grid.as_ref())
+            .map(Grid::bytes)
+            .sum()
     }
 
     /// TOML text that says what made the table: fabric, settings, tool, measured error.
@@ -84,8 +88,10 @@ pub struct ThreadTable {
 impl ThreadTable {
     pub(crate) fn new(parameters: ThreadParameters, grid: Option<Grid>) -> Self {
         let optics = parameters.optics.cast();
-        let tangents =
-            TangentCurve::from_parts(parameters.tilts.iter().copied(), parameters.segments.iter().copied());
+        let tangents = TangentCurve::from_parts(
+            parameters.tilts.iter().copied(),
+            parameters.segments.iter().copied(),
+        );
         Self {
             frame: ThreadFrame::new(parameters.direction),
             coverage: parameters.coverage as f32,

@@ -212,7 +212,9 @@ fn parse_evaluator(text: &str) -> Result<Evaluator, String> {
 }
 
 fn parse_share(text: &str) -> Result<f64, String> {
-    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let (number, unit) = text
+        .strip_suffix('%')
+        .map_or((text, 1.0), |number| (number, 0.01));
     match number.trim().parse::<f64>() {
         Ok(share) if share >= 0.0 && share.is_finite() => Ok(share * unit),
         _ => Err("it is a share like 0.01 or 1%".to_owned()),
@@ -233,7 +235,14 @@ mod tests {
     fn evaluators_and_shares_are_understood() {
         assert_eq!(parse_evaluator("midpoint:50"), Ok(Evaluator::Midpoint(50)));
         assert_eq!(parse_evaluator("reference"), Ok(Evaluator::Reference));
-        for bad in ["midpoint", "midpoint:0", "midpoint:-1", "midpoint:9999999", "quad", ""] {
+        for bad in [
+            "midpoint",
+            "midpoint:0",
+            "midpoint:-1",
+            "midpoint:9999999",
+            "quad",
+            "",
+        ] {
             assert!(parse_evaluator(bad).is_err(), "{bad}");
         }
         assert_eq!(parse_share("1%"), Ok(0.01));

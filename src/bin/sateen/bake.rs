@@ -23,7 +23,10 @@ pub(crate) fn run(args: &BakeArgs, quiet: bool) -> Result<Outcome> {
         args.fabrics.iter().map(load).collect::<Result<_>>()?
     };
     let paths = output_paths(&fabrics, args.output.as_deref())?;
-    let outputs: Vec<Output> = paths.iter().map(|path| Output::prepare(path)).collect::<Result<_>>()?;
+    let outputs: Vec<Output> = paths
+        .iter()
+        .map(|path| Output::prepare(path))
+        .collect::<Result<_>>()?;
     let settings = settings(args);
 
     let mut bar = Bar::new(fabrics.len(), quiet);
@@ -37,7 +40,9 @@ pub(crate) fn run(args: &BakeArgs, quiet: bool) -> Result<Outcome> {
         let file = table.to_bytes().with_context(interrupted)?;
         output.write(&file)?;
         let seconds = start.elapsed().as_secs_f64();
-        let error = Provenance::of(&table).context("metadata just written")?.error;
+        let error = Provenance::of(&table)
+            .context("metadata just written")?
+            .error;
         if args.json {
             results.push(json!({
                 "fabric": fabric.name,
@@ -48,8 +53,16 @@ pub(crate) fn run(args: &BakeArgs, quiet: bool) -> Result<Outcome> {
                 "error": error,
             }));
         } else {
-            let sizes = format!("{} in memory, {} in the file", bytes(table.decoded_bytes()), bytes(file.len()));
-            let text = format!("{}: {sizes}, {seconds:.1} s\n{}", path.display(), error_lines(&error));
+            let sizes = format!(
+                "{} in memory, {} in the file",
+                bytes(table.decoded_bytes()),
+                bytes(file.len())
+            );
+            let text = format!(
+                "{}: {sizes}, {seconds:.1} s\n{}",
+                path.display(),
+                error_lines(&error)
+            );
             bar.suspend(|| print(&text))?;
         }
     }
@@ -77,14 +90,22 @@ fn output_paths(fabrics: &[Fabric], output: Option<&Path>) -> Result<Vec<PathBuf
         None => Path::new(""),
         Some(path) if path.is_dir() || path.as_os_str().to_string_lossy().ends_with('/') => path,
         Some(path) if fabrics.len() == 1 => return Ok(vec![path.to_owned()]),
-        Some(path) if path.exists() => bail!("-o {}: {} tables need a folder, but this is a file", path.display(), fabrics.len()),
+        Some(path) if path.exists() => bail!(
+            "-o {}: {} tables need a folder, but this is a file",
+            path.display(),
+            fabrics.len()
+        ),
         Some(path) => path,
     };
     let mut paths: Vec<PathBuf> = Vec::new();
     for fabric in fabrics {
         let path = folder.join(file_name(fabric));
         if paths.contains(&path) {
-            bail!("two fabrics are called {}, and both would be {}", fabric.name, path.display());
+            bail!(
+                "two fabrics are called {}, and both would be {}",
+                fabric.name,
+                path.display()
+            );
         }
         paths.push(path);
     }

@@ -29,7 +29,10 @@ pub(crate) fn run(args: &EvalArgs, quiet: bool) -> Result<Outcome> {
     let source = Source::new(subject, args)?;
     let input = read_pairs(&args.pairs)?;
     if input.not_unit > 0 && !quiet {
-        talk(&format!("{} directions were not of unit length and have been normalized", input.not_unit));
+        talk(&format!(
+            "{} directions were not of unit length and have been normalized",
+            input.not_unit
+        ));
     }
 
     let mut writer = WriterBuilder::new().from_writer(Vec::new());
@@ -48,8 +51,10 @@ pub(crate) fn run(args: &EvalArgs, quiet: bool) -> Result<Outcome> {
     writer.write_record(&header)?;
     for rows in input.rows.chunks(BATCH) {
         check_interrupt()?;
-        let values: Vec<Vec<f64>> =
-            rows.par_iter().map(|row| source.values(row.wi, row.wr, args.components)).collect();
+        let values: Vec<Vec<f64>> = rows
+            .par_iter()
+            .map(|row| source.values(row.wi, row.wr, args.components))
+            .collect();
         for (row, values) in rows.iter().zip(values) {
             let mut record = row.record.clone();
             for value in values {
@@ -89,10 +94,16 @@ impl Source {
                 (Some(table), fabric)
             }
         };
-        let threads: Vec<String> = fabric.visible_threads().map(|thread| thread.name.clone()).collect();
+        let threads: Vec<String> = fabric
+            .visible_threads()
+            .map(|thread| thread.name.clone())
+            .collect();
         let rule = match (args.evaluator, &table) {
             (Some(Evaluator::Table), None) => {
-                bail!("--evaluator table needs a table, but {} is a fabric; bake it first", args.subject)
+                bail!(
+                    "--evaluator table needs a table, but {} is a fabric; bake it first",
+                    args.subject
+                )
             }
             (Some(Evaluator::Table) | None, Some(_)) => None,
             (Some(Evaluator::Midpoint(count)), _) => Some(Rule::Midpoint(count)),
@@ -103,8 +114,17 @@ impl Source {
             (_, rule) => Evaluation::Direct(Sadeghi::new(&fabric, rule.unwrap_or(Rule::REFERENCE))),
         };
         let mut columns = vec!["warp".to_owned(), "weft".to_owned()];
-        columns.extend(threads.iter().filter(|name| *name != "warp" && *name != "weft").cloned());
-        Ok(Self { evaluation, threads, columns })
+        columns.extend(
+            threads
+                .iter()
+                .filter(|name| *name != "warp" && *name != "weft")
+                .cloned(),
+        );
+        Ok(Self {
+            evaluation,
+            threads,
+            columns,
+        })
     }
 
     /// The columns to append.
@@ -125,7 +145,10 @@ impl Source {
         if components {
             for column in &self.columns {
                 let index = self.threads.iter().position(|name| name == column);
-                let ThreadResponse { response, projection } = index.map_or(ThreadResponse::zero(), |index| threads[index]);
+                let ThreadResponse {
+                    response,
+                    projection,
+                } = index.map_or(ThreadResponse::zero(), |index| threads[index]);
                 values.extend([response.surface, response.volume, projection]);
             }
             values.push(q);
@@ -157,11 +180,23 @@ fn read_pairs(path: &Path) -> Result<Pairs> {
     };
     let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(input);
     let header = reader.headers().with_context(cannot)?.clone();
-    let missing: Vec<&str> = COLUMNS.into_iter().filter(|name| !header.iter().any(|column| column == *name)).collect();
+    let missing: Vec<&str> = COLUMNS
+        .into_iter()
+        .filter(|name| !header.iter().any(|column| column == *name))
+        .collect();
     if !missing.is_empty() {
-        bail!("{}: the columns {} are missing from its first line", path.display(), missing.join(", "));
+        bail!(
+            "{}: the columns {} are missing from its first line",
+            path.display(),
+            missing.join(", ")
+        );
     }
-    let places = COLUMNS.map(|name| header.iter().position(|column| column == name).expect("none is missing"));
+    let places = COLUMNS.map(|name| {
+        header
+            .iter()
+            .position(|column| column == name)
+            .expect("none is missing")
+    });
 
     let (mut rows, mut not_unit) = (Vec::new(), 0);
     for record in reader.records() {
@@ -172,14 +207,22 @@ fn read_pairs(path: &Path) -> Result<Pairs> {
             let text = record.get(place).unwrap_or_default();
             *number = match text.parse::<f64>() {
                 Ok(number) if number.is_finite() => number,
-                _ => bail!("{}:{line}: {name} is \"{text}\", but must be a finite number", path.display()),
+                _ => bail!(
+                    "{}:{line}: {name} is \"{text}\", but must be a finite number",
+                    path.display()
+                ),
             };
         }
         let mut unit = |name: &str, w: [f64; 3]| {
             let Some(direction) = normalized(w) else {
-                bail!("{}:{line}: {name} is the zero vector, which has no direction", path.display());
+                bail!(
+                    "{}:{line}: {name} is the zero vector, which has no direction",
+                    path.display()
+                );
             };
-            let difference = (0..3).map(|k| (direction[k] - w[k]).abs()).fold(0.0, f64::max);
+            let difference = (0..3)
+                .map(|k| (direction[k] - w[k]).abs())
+                .fold(0.0, f64::max);
             not_unit += usize::from(difference > UNIT_TOLERANCE);
             Ok(direction)
         };
@@ -190,5 +233,9 @@ fn read_pairs(path: &Path) -> Result<Pairs> {
             check_interrupt()?;
         }
     }
-    Ok(Pairs { header, rows, not_unit })
+    Ok(Pairs {
+        header,
+        rows,
+        not_unit,
+    })
 }

@@ -14,11 +14,23 @@ pub(crate) fn run(args: &FabricsArgs) -> Result<Outcome> {
         print_json(&fabrics.iter().map(fabric_json).collect())?;
         return Ok(Outcome::Done);
     }
-    let widest = fabrics.iter().map(|fabric| fabric.name.len()).max().unwrap_or(0);
+    let widest = fabrics
+        .iter()
+        .map(|fabric| fabric.name.len())
+        .max()
+        .unwrap_or(0);
     let mut text = String::new();
     for fabric in &fabrics {
-        let threads: Vec<&str> = fabric.visible_threads().map(|thread| thread.name.as_str()).collect();
-        text += &format!("{:<widest$}  {:<10}  {}\n", fabric.name, threads.join("+"), fabric.title);
+        let threads: Vec<&str> = fabric
+            .visible_threads()
+            .map(|thread| thread.name.as_str())
+            .collect();
+        text += &format!(
+            "{:<widest$}  {:<10}  {}\n",
+            fabric.name,
+            threads.join("+"),
+            fabric.title
+        );
     }
     print(&text)?;
     Ok(Outcome::Done)
@@ -30,7 +42,7 @@ fn fabric_json(fabric: &Fabric) -> Value {
         "title": fabric.title,
         "source": fabric.source,
         "reweighting": fabric.reweighting,
-        "correlation_width_deg": fabric.sigma_u.to_degrees(),
+        "correlation_width_deg": degrees(fabric.sigma_u),
         "threads": fabric.threads.iter().map(thread_json).collect::<Value>(),
     })
 }
@@ -38,14 +50,19 @@ fn fabric_json(fabric: &Fabric) -> Value {
 fn thread_json(thread: &Thread) -> Value {
     json!({
         "name": thread.name,
-        "direction_deg": thread.direction.to_degrees(),
+        "direction_deg": degrees(thread.direction),
         "coverage": thread.coverage,
         "albedo": thread.albedo,
         "eta": thread.optics.eta,
         "k_d": thread.optics.k_d,
-        "gamma_s_deg": thread.optics.gamma_s.to_degrees(),
-        "gamma_v_deg": thread.optics.gamma_v.to_degrees(),
-        "tangent_offsets_deg": thread.tangent_offsets.iter().map(|offset| offset.to_degrees()).collect::<Value>(),
+        "gamma_s_deg": degrees(thread.optics.gamma_s),
+        "gamma_v_deg": degrees(thread.optics.gamma_v),
+        "tangent_offsets_deg": thread.tangent_offsets.iter().map(|offset| degrees(*offset)).collect::<Value>(),
         "tangent_lengths": thread.tangent_lengths,
     })
+}
+
+/// As the file has it: without the noise that radians and back leave behind.
+fn degrees(radians: f64) -> f64 {
+    (radians.to_degrees() * 1e9).round() / 1e9
 }

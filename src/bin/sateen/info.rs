@@ -26,7 +26,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
 
 fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes: usize) -> String {
     let settings = &provenance.settings;
-    let preset = format!("{:?}", settings.preset).to_lowercase();
+    let preset = name_of(&settings.preset);
     let mut text = format!(
         "{}: {}\n  source     {}\n  made by    {}, preset {preset}, target error {} %, at most {} in memory\n",
         fabric.name,
@@ -41,21 +41,28 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         bytes(table.decoded_bytes()),
         bytes(file_bytes)
     );
-    text += &format!("  projection {:?}\n", table.reweighting()).to_lowercase();
+    text += &format!("  projection {}\n", name_of(&table.reweighting()));
     for thread in table.threads() {
         text += &thread_text(thread);
     }
     for thread in fabric.threads.iter().filter(|thread| !thread.is_visible()) {
         text += &format!("  {:<10} left out: it covers nothing\n", thread.name);
     }
-    text += &format!("recorded error against direct integration, seed {}\n", provenance.error.seed);
+    text += &format!(
+        "recorded error against direct integration, seed {}\n",
+        provenance.error.seed
+    );
     text + &error_lines(&provenance.error)
 }
 
 fn thread_text(thread: &ThreadTable) -> String {
     let mut parts = vec![format!("covers {:.0} %", 100.0 * thread.coverage())];
-    let tilts: Vec<String> =
-        thread.tangents().tilts().iter().map(|tilt| format!("{:.0}°", tilt.angle.to_degrees())).collect();
+    let tilts: Vec<String> = thread
+        .tangents()
+        .tilts()
+        .iter()
+        .map(|tilt| format!("{:.0}°", tilt.angle.to_degrees()))
+        .collect();
     if !tilts.is_empty() {
         parts.push(format!("tilts {} in closed form", tilts.join(" ")));
     }
@@ -68,18 +75,32 @@ fn thread_text(thread: &ThreadTable) -> String {
 fn grid_text(grid: &Grid) -> String {
     let names = grid.chart().axis_names();
     let axis = |(axis, name): (&Axis, &str)| {
-        let order = format!("{:?}", axis.interpolation()).to_lowercase();
-        format!("{name} {} {order}", axis.len())
+        format!("{name} {} {}", axis.len(), name_of(&axis.interpolation()))
     };
     let axes: Vec<String> = grid.axes().iter().zip(names).map(axis).collect();
-    let fold = if grid.is_folded() { ", folded at psi = 0 (both ends look the same)" } else { "" };
-    format!("grid {} as {:?}, {}{fold}", axes.join(" × "), grid.encoding(), bytes(grid.bytes()))
+    let fold = if grid.is_folded() {
+        ", folded at psi = 0 (both ends look the same)"
+    } else {
+        ""
+    };
+    format!(
+        "grid {} as {}, {}{fold}",
+        axes.join(" × "),
+        name_of(&grid.encoding()),
+        bytes(grid.bytes())
+    )
+}
+
+/// The name that files and flags use.
+fn name_of(value: &impl serde::Serialize) -> String {
+    serde_json::to_value(value)
+        .ok()
+        .and_then(|name| name.as_str().map(str::to_owned))
+        .unwrap_or_default()
 }
 
 fn info_json(table: &Table, provenance: &Provenance, file_bytes: usize) -> Value {
-    let axis = |(axis, name): (&Axis, &str)| {
-        json!({ "name": name, "interpolation": axis.interpolation(), "nodes": axis.nodes() })
-    };
+    let axis = |(axis, name): (&Axis, &str)| json!({ "name": name, "interpolation": axis.interpolation(), "nodes": axis.nodes() });
     let grid = |grid: &Grid| {
         json!({
             "chart": grid.chart(),
@@ -91,9 +112,14 @@ fn info_json(table: &Table, provenance: &Provenance, file_bytes: usize) -> Value
     };
     let thread = |thread: &ThreadTable| {
         let tangents = thread.tangents();
-        let tilts = tangents.tilts().iter().map(|tilt| json!({ "angle": tilt.angle, "weight": tilt.weight }));
-        let segments =
-            tangents.segments().iter().map(|part| json!({ "from": part.from, "to": part.to, "weight": part.weight }));
+        let tilts = tangents
+            .tilts()
+            .iter()
+            .map(|tilt| json!({ "angle": tilt.angle, "weight": tilt.weight }));
+        let segments = tangents
+            .segments()
+            .iter()
+            .map(|part| json!({ "from": part.from, "to": part.to, "weight": part.weight }));
         json!({
             "name": thread.name(),
             "coverage": thread.coverage(),

@@ -33,14 +33,19 @@ pub(crate) fn talk(text: &str) {
 
 pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
-        cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+        cause
+            .downcast_ref::<io::Error>()
+            .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
     })
 }
 
 /// Writes text to stdout.
 pub(crate) fn print(text: &str) -> Result<()> {
     let mut stdout = io::stdout().lock();
-    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("cannot write to stdout")
+    stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+        .context("cannot write to stdout")
 }
 
 /// Prints a value as JSON.
@@ -62,14 +67,24 @@ impl Output {
     pub(crate) fn prepare(path: &Path) -> Result<Self> {
         let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let found = fs::metadata(&target);
-        let is_special = found.as_ref().is_ok_and(|found| !found.is_file() && !found.is_dir());
-        let output = Self { path: path.to_owned(), target, is_special };
+        let is_special = found
+            .as_ref()
+            .is_ok_and(|found| !found.is_file() && !found.is_dir());
+        let output = Self {
+            path: path.to_owned(),
+            target,
+            is_special,
+        };
         if found.is_ok_and(|found| found.is_dir()) {
-            anyhow::bail!("cannot write {}: it is a folder; name a file with -o", path.display());
+            anyhow::bail!(
+                "cannot write {}: it is a folder; name a file with -o",
+                path.display()
+            );
         }
         if !is_special {
             let folder = output.folder();
-            fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            fs::create_dir_all(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
             // Dropped and so removed at once: it was only to find out.
             output.temporary()?;
         }
@@ -80,11 +95,19 @@ impl Output {
     pub(crate) fn write(&self, bytes: &[u8]) -> Result<()> {
         let cannot = || format!("cannot write {}", self.path.display());
         if self.is_special {
-            return File::options().write(true).open(&self.target).and_then(|mut file| file.write_all(bytes)).with_context(cannot);
+            return File::options()
+                .write(true)
+                .open(&self.target)
+                .and_then(|mut file| file.write_all(bytes))
+                .with_context(cannot);
         }
         let mut file = self.temporary()?;
-        file.write_all(bytes).and_then(|()| file.as_file().sync_all()).with_context(cannot)?;
-        file.persist(&self.target).map_err(|error| error.error).with_context(cannot)?;
+        file.write_all(bytes)
+            .and_then(|()| file.as_file().sync_all())
+            .with_context(cannot)?;
+        file.persist(&self.target)
+            .map_err(|error| error.error)
+            .with_context(cannot)?;
         Ok(())
     }
 
@@ -105,7 +128,9 @@ impl Output {
             // As any new file, less the umask.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
-        builder.tempfile_in(self.folder()).with_context(|| format!("cannot write {}", self.path.display()))
+        builder
+            .tempfile_in(self.folder())
+            .with_context(|| format!("cannot write {}", self.path.display()))
     }
 }
 
@@ -125,7 +150,9 @@ impl Bar {
         } else {
             bar.enable_steady_tick(Duration::from_millis(250));
         }
-        let style = ProgressStyle::with_template("{msg:32!} {wide_bar} {percent:>3} %  {elapsed} gone, {eta} left");
+        let style = ProgressStyle::with_template(
+            "{msg:32!} {wide_bar} {percent:>3} %  {elapsed} gone, {eta} left",
+        );
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         Self { bar, piece: 0 }
     }
@@ -144,7 +171,11 @@ impl Bar {
         if position > self.bar.position() {
             self.bar.set_position(position);
         }
-        if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if INTERRUPTED.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 
     /// Takes the bar away while something else is written.
@@ -161,7 +192,11 @@ impl Drop for Bar {
 
 /// Fails after an interrupt, for work that reports no progress.
 pub(crate) fn check_interrupt() -> Result<()> {
-    if INTERRUPTED.load(Ordering::Relaxed) { Err(sateen::progress::Cancelled.into()) } else { Ok(()) }
+    if INTERRUPTED.load(Ordering::Relaxed) {
+        Err(sateen::progress::Cancelled.into())
+    } else {
+        Ok(())
+    }
 }
 
 /// Sets the number of threads for all parallel work.
@@ -189,17 +224,34 @@ pub(crate) fn error_lines(error: &ErrorReport) -> String {
         "  relative error {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>8}\n",
         "mean", "p50", "p95", "p99", "p99.9", "max", "pairs"
     );
-    for (name, Quantiles { pairs, mean, p50, p95, p99, p999, max }) in
-        [("all", &error.all), ("grazing", &error.grazing)]
+    for (
+        name,
+        Quantiles {
+            pairs,
+            mean,
+            p50,
+            p95,
+            p99,
+            p999,
+            max,
+        },
+    ) in [("all", &error.all), ("grazing", &error.grazing)]
     {
-        let values = [mean, p50, p95, p99, p999, max].map(|x| format!("{:>10}", percent(*x))).join(" ");
+        let values = [mean, p50, p95, p99, p999, max]
+            .map(|x| format!("{:>10}", percent(*x)))
+            .join(" ");
         lines += &format!("    {name:<12} {values} {pairs:>8}\n");
     }
     lines += &format!("  RMSE / mean      {:>8}\n", percent(error.rmse_over_mean));
     lines += "  directional reflectance (bias)";
     for bias in &error.bias {
         let sign = if bias.bias < 0.0 { '−' } else { '+' };
-        lines += &format!("   {}°: {:.3} ({sign}{})", bias.view_deg, bias.reflectance, percent(bias.bias.abs()));
+        lines += &format!(
+            "   {}°: {:.3} ({sign}{})",
+            bias.view_deg,
+            bias.reflectance,
+            percent(bias.bias.abs())
+        );
     }
     lines + "\n"
 }

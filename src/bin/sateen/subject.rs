@@ -24,7 +24,8 @@ impl Subject {
             && (argument.ends_with(".sateen")
                 || fs::File::open(argument).is_ok_and(|mut file| {
                     let mut first = [0];
-                    std::io::Read::read(&mut file, &mut first).is_ok_and(|count| count == 1) && first == [0x89]
+                    std::io::Read::read(&mut file, &mut first).is_ok_and(|count| count == 1)
+                        && first == [0x89]
                 }));
         if is_table {
             if variant.is_some() {
@@ -41,22 +42,31 @@ impl Subject {
 pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabric> {
     if let Some(fabric) = Fabric::from_library(argument) {
         if variant.is_some() {
-            bail!("--variant is for TOML files; the library's names end in theirs, as polka-dot-lining-pink");
+            bail!(
+                "--variant is for TOML files; the library's names end in theirs, as polka-dot-lining-pink"
+            );
         }
         return Ok(fabric);
     }
     let path = Path::new(argument);
-    let looks_like_path = argument.ends_with(".toml") || argument.contains(['/', '\\']) || path.exists();
+    let looks_like_path =
+        argument.ends_with(".toml") || argument.contains(['/', '\\']) || path.exists();
     if !looks_like_path {
         match nearest_name(argument) {
-            Some(name) => bail!("no fabric is called \"{argument}\"; did you mean {name}? `sateen fabrics` lists them all"),
-            None => bail!("no fabric is called \"{argument}\"; `sateen fabrics` lists them, and own ones are .toml files"),
+            Some(name) => bail!(
+                "no fabric is called \"{argument}\"; did you mean {name}? `sateen fabrics` lists them all"
+            ),
+            None => bail!(
+                "no fabric is called \"{argument}\"; `sateen fabrics` lists them, and own ones are .toml files"
+            ),
         }
     }
     let cannot = || format!("cannot read the fabric {argument}");
     let size = fs::metadata(path).with_context(cannot)?.len();
     if size > MAX_TOML_BYTES {
-        bail!("cannot read the fabric {argument}: {size} bytes are too many for a TOML file of parameters");
+        bail!(
+            "cannot read the fabric {argument}: {size} bytes are too many for a TOML file of parameters"
+        );
     }
     let text = fs::read_to_string(path).with_context(cannot)?;
     Ok(Fabric::from_toml(&text, argument, variant)?)
@@ -64,8 +74,10 @@ pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabri
 
 /// A table and the length of its file.
 pub(crate) fn load_table(path: &Path) -> Result<(Table, usize)> {
-    let bytes = fs::read(path).with_context(|| format!("cannot read the table {}", path.display()))?;
-    let table = Table::from_bytes(&bytes).with_context(|| format!("cannot read the table {}", path.display()))?;
+    let bytes =
+        fs::read(path).with_context(|| format!("cannot read the table {}", path.display()))?;
+    let table = Table::from_bytes(&bytes)
+        .with_context(|| format!("cannot read the table {}", path.display()))?;
     Ok((table, bytes.len()))
 }
 

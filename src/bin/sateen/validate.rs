@@ -25,10 +25,20 @@ pub(crate) fn run(args: &ValidateArgs, quiet: bool) -> Result<Outcome> {
     for (path, table, file_bytes, fabric) in &tables {
         bar.begin(&fabric.name);
         let report = |share: f64| bar.report(share);
-        let error = measure(fabric, &Baked(table), args.pairs.get(), args.seed, Progress::new(&report))?;
+        let error = measure(
+            fabric,
+            &Baked(table),
+            args.pairs.get(),
+            args.seed,
+            Progress::new(&report),
+        )?;
         if let Some(limit) = args.max_error.filter(|limit| error.all.mean > *limit) {
             let mean = 100.0 * error.all.mean;
-            exceeded.push(format!("{}: mean error {mean:.3} % exceeds {} %", path.display(), 100.0 * limit));
+            exceeded.push(format!(
+                "{}: mean error {mean:.3} % exceeds {} %",
+                path.display(),
+                100.0 * limit
+            ));
         }
         if args.json {
             results.push(json!({
@@ -39,8 +49,17 @@ pub(crate) fn run(args: &ValidateArgs, quiet: bool) -> Result<Outcome> {
                 "error": error,
             }));
         } else {
-            let sizes = format!("{} in memory, {} in the file", bytes(table.decoded_bytes()), bytes(*file_bytes));
-            let text = format!("{}: {}, {sizes}\n{}", path.display(), fabric.name, error_lines(&error));
+            let sizes = format!(
+                "{} in memory, {} in the file",
+                bytes(table.decoded_bytes()),
+                bytes(*file_bytes)
+            );
+            let text = format!(
+                "{}: {}, {sizes}\n{}",
+                path.display(),
+                fabric.name,
+                error_lines(&error)
+            );
             bar.suspend(|| print(&text))?;
         }
     }
@@ -51,5 +70,9 @@ pub(crate) fn run(args: &ValidateArgs, quiet: bool) -> Result<Outcome> {
     for message in &exceeded {
         talk(message);
     }
-    Ok(if exceeded.is_empty() { Outcome::Done } else { Outcome::OutOfTolerance })
+    Ok(if exceeded.is_empty() {
+        Outcome::Done
+    } else {
+        Outcome::OutOfTolerance
+    })
 }

@@ -1,0 +1,60 @@
+//! What several tests need.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use sateen::bake::{Preset, Settings, bake};
+use sateen::fabric::Fabric;
+use sateen::progress::Progress;
+use sateen::table::Table;
+
+/// The library's fabric.
+pub(crate) fn fabric(name: &str) -> Fabric {
+    Fabric::from_library(name).unwrap_or_else(|| panic!("the library has {name}"))
+}
+
+/// Settings for tables of a few kilobytes, baked in a moment.
+pub(crate) fn tiny() -> Settings {
+    Settings {
+        max_bytes: 32 << 10,
+        error_pairs: 256,
+        tolerance: 1e-3,
+        ..Preset::Draft.settings()
+    }
+}
+
+/// A table of a few kilobytes.
+pub(crate) fn tiny_table(name: &str) -> Table {
+    bake(&fabric(name), &tiny(), Progress::silent()).expect("nobody stops it")
+}
+
+/// Directions that are hard on evaluators: poles, horizons, grazing to the last bit, denormals, and no directions at all.
+pub(crate) fn hostile_directions() -> Vec<[f32; 3]> {
+    let mut directions = vec![
+        [0.0, 0.0, 0.0],
+        [0.0, 0.0, -1.0],
+        [f32::NAN; 3],
+        [f32::INFINITY; 3],
+        [1.0, 0.0, f32::NAN],
+    ];
+    let heights = [
+        1.0,
+        0.5,
+        1e-2,
+        1e-4,
+        1e-7,
+        1e-20,
+        f32::MIN_POSITIVE,
+        1e-45,
+        0.0,
+        -0.0,
+        -1e-7,
+    ];
+    for z in heights {
+        let r = (1.0 - z * z).sqrt();
+        for azimuth_deg in [0.0f32, 1e-5, 30.0, 45.0, 89.999, 90.0, 180.0, 270.0, 301.0] {
+            let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+            directions.push([r * cos, r * sin, z]);
+        }
+        directions.extend([[r, 0.0, z], [-r, 0.0, z], [0.0, r, z], [0.0, -r, z]]);
+    }
+    directions
+}
