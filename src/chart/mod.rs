@@ -11,8 +11,8 @@
 //! u₃ = φ_h / (π/2)                         the mirror s → −s makes φ_h ≥ 0 and leaves S and V alone
 //! ```
 //!
-//! The first coordinate is the sharp one: θ_h in the [thesis](thesis) chart, the half vector's ψ in the
-//! [highlight](highlight) chart.
+//! The first coordinate is the sharp one: θ_h in the [thesis] chart, the half vector's ψ in the
+//! [highlight] chart.
 //!
 //! Where a range shrinks to nothing (|θ_h| = 90°: both directions along the thread; φ_h = 90°: both at the same side's
 //! horizon) its coordinate is ½. At a pole of the thread, which lies on the horizon, φ is 0 by convention of atan2.

@@ -1,7 +1,7 @@
 //! Parameters of a fabric: what a TOML file says, checked.
 //!
 //! A fabric is a list of threads, each with a direction in the surface, optics, albedo, coverage and tangent curve
-//! ([Fecho13] appendix A; [SBDJ13] table II). Angles are radians here and degrees in files.
+//! (\[Fecho13\] appendix A; \[SBDJ13\] table II). Angles are radians here and degrees in files.
 
 mod library;
 mod parse;
