@@ -43,10 +43,10 @@ pub struct Settings {
 impl Preset {
     /// The settings of the preset.
     pub fn settings(self) -> Settings {
-        let (max_bytes, target_error) = match self {
-            Self::Draft => (512 << 10, 4e-3),
-            Self::Standard => (4 << 20, 5e-4),
-            Self::Fine => (32 << 20, 1e-4),
+        let (max_bytes, target_error, tolerance) = match self {
+            Self::Draft => (512 << 10, 4e-3, 1e-4),
+            Self::Standard => (4 << 20, 5e-4, 1e-4),
+            Self::Fine => (32 << 20, 1e-4, 1e-5),
         };
         Settings {
             preset: self,
@@ -55,7 +55,7 @@ impl Preset {
             interpolation: [Interpolation::Cubic; 4],
             max_bytes,
             target_error,
-            tolerance: 1e-5,
+            tolerance,
             error_pairs: 16_384,
             error_seed: crate::metrics::DEFAULT_SEED,
         }

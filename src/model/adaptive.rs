@@ -20,6 +20,8 @@ use crate::brdf::{Optics, Response, TangentCurve, ThreadPair};
 use crate::math::norm2;
 
 const ORDER: usize = 7;
+/// Widths of the surface lobe from the highlight to the next cut. Beyond, and for the wider volume lobe, bisection is cheaper.
+const REACH: f64 = 3.0;
 /// Bisections of a panel: 2⁻⁴⁰ of 180° is below the spacing of f64 tilts near 90°.
 const MAX_DEPTH: u32 = 40;
 
@@ -107,14 +109,7 @@ impl Cuts {
         let z_i = cos * wi[2] - sin * wi[0];
         let slope = (norm2(h_t, h_n) / (2.0 * norm2(wi[1], z_i))).max(1e-3);
         kinks.push(highlight);
-        for gamma in [optics.gamma_s, optics.gamma_v] {
-            for widths in [1.5, 5.0] {
-                kinks.extend([
-                    highlight - widths * gamma / slope,
-                    highlight + widths * gamma / slope,
-                ]);
-            }
-        }
+        kinks.extend([highlight - REACH * optics.gamma_s / slope, highlight + REACH * optics.gamma_s / slope]);
         kinks.retain(|cut| cut.is_finite());
         kinks.sort_by(f64::total_cmp);
         Self { visible, kinks }

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand, ValueEnum, value_parser};
 use sateen::bake::Preset;
 use sateen::chart::Chart;
 use sateen::metrics::{DEFAULT_PAIRS, DEFAULT_SEED};
@@ -62,8 +62,8 @@ pub(crate) struct BakeArgs {
     #[arg(long, value_name = "NAME")]
     pub(crate) variant: Option<String>,
     /// Threads to work with [default: all cores]. The result does not depend on it.
-    #[arg(short, long, value_name = "N")]
-    pub(crate) jobs: Option<NonZeroUsize>,
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
     /// Print sizes and errors as JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -126,8 +126,8 @@ pub(crate) struct ValidateArgs {
     #[arg(long, value_name = "SEED", default_value_t = DEFAULT_SEED)]
     pub(crate) seed: u64,
     /// Threads to work with [default: all cores].
-    #[arg(short, long, value_name = "N")]
-    pub(crate) jobs: Option<NonZeroUsize>,
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,

@@ -2,7 +2,6 @@
 
 use std::fs::{self, File};
 use std::io::{self, IsTerminal, Write};
-use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -200,10 +199,10 @@ pub(crate) fn check_interrupt() -> Result<()> {
 }
 
 /// Sets the number of threads for all parallel work.
-pub(crate) fn use_threads(jobs: Option<NonZeroUsize>) -> Result<()> {
+pub(crate) fn use_threads(jobs: Option<u16>) -> Result<()> {
     let Some(jobs) = jobs else { return Ok(()) };
     rayon::ThreadPoolBuilder::new()
-        .num_threads(jobs.get())
+        .num_threads(jobs.into())
         .build_global()
         .with_context(|| format!("cannot start {jobs} threads; lower -j"))
 }
