@@ -6,6 +6,11 @@ use super::integrate::Integrand;
 use crate::progress::{Cancelled, Progress};
 use crate::table::{Axis, Encoding, Grid, Samples};
 
+/// Ratios below this are stored as zero …
+const DARK: f64 = 1e-30;
+/// … and above this as this: their scale would not fit an f32.
+const BRIGHT: f64 = 1e30;
+
 /// Samples `integrand` on the nodes of `axes`. The result does not depend on the number of threads.
 pub(super) fn fill_grid(
     integrand: &Integrand,
@@ -33,10 +38,15 @@ pub(super) fn fill_grid(
     let values = || rows.iter().flatten();
     let scale = [0, 1].map(|channel| {
         let largest = values().map(|value| value[channel]).fold(0.0, f64::max);
-        if largest > 0.0 { largest } else { 1.0 }
+        if largest > DARK {
+            largest.min(BRIGHT)
+        } else {
+            1.0
+        }
     });
-    let stored = values()
-        .flat_map(|value| [0, 1].map(|channel| encoding.encode(value[channel] / scale[channel])));
+    let stored = values().flat_map(|value| {
+        [0, 1].map(|channel| encoding.encode((value[channel] / scale[channel]).min(1.0)))
+    });
     Ok(Grid {
         chart: integrand.chart(),
         folded: integrand.is_folded(),

@@ -109,7 +109,10 @@ impl Cuts {
         let z_i = cos * wi[2] - sin * wi[0];
         let slope = (norm2(h_t, h_n) / (2.0 * norm2(wi[1], z_i))).max(1e-3);
         kinks.push(highlight);
-        kinks.extend([highlight - REACH * optics.gamma_s / slope, highlight + REACH * optics.gamma_s / slope]);
+        kinks.extend([
+            highlight - REACH * optics.gamma_s / slope,
+            highlight + REACH * optics.gamma_s / slope,
+        ]);
         kinks.retain(|cut| cut.is_finite());
         kinks.sort_by(f64::total_cmp);
         Self { visible, kinks }
