@@ -130,6 +130,8 @@ fn bake_info_and_validate_tell_the_same_story() {
         command.arg("validate").arg(&path).args([
             "--pairs",
             "16384",
+            "--seed",
+            "2013",
             "--json",
             "--max-error",
             limit,
@@ -162,7 +164,7 @@ fn several_fabrics_go_to_a_folder() {
         .args(["--variant", "white", "-o"])
         .arg(&out)
         .assert()
-        .code(1);
+        .code(2);
     sateen()
         .args(["bake", "faux-suede"])
         .arg(&file)
@@ -178,14 +180,14 @@ fn several_fabrics_go_to_a_folder() {
         .args(["bake", "faux-suede", "faux-suede", "-o"])
         .arg(&out)
         .assert()
-        .code(1)
+        .code(2)
         .stderr(contains("two fabrics"));
     let in_the_way = out.join("faux-suede.sateen");
     sateen()
         .args(["bake", "faux-suede", "denim", "-o"])
         .arg(&in_the_way)
         .assert()
-        .code(1)
+        .code(2)
         .stderr(contains("need a folder"));
 }
 
@@ -295,7 +297,10 @@ fn bad_input_is_explained() {
         ("short.sateen", "truncated"),
         ("foreign.sateen", "not a sateen table"),
         ("flipped.sateen", "checksum of the header"),
-        ("newer.sateen", "format version 9.0 is newer"),
+        (
+            "newer.sateen",
+            "format version 9.0, but this sateen reads 1.0",
+        ),
         ("missing.sateen", "No such file"),
     ] {
         for verb in ["info", "validate"] {
@@ -357,7 +362,7 @@ fn bad_input_is_explained() {
     sateen()
         .args(["eval", "denim", "--evaluator", "table", "--pairs", "-"])
         .assert()
-        .code(1)
+        .code(2)
         .stderr(contains("bake it first"));
 }
 
@@ -494,4 +499,55 @@ fn an_interrupt_ends_a_bake_soon_and_leaves_nothing_half_written() {
         assert_eq!(names_in(folder.path()), ["faux-suede.sateen"], "{signal}");
         sateen().arg("info").arg(&suede).assert().success();
     }
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_changes_no_exit_status() {
+    let folder = folder();
+    let table = bake_suede(folder.path());
+    let bin = assert_cmd::cargo::cargo_bin("sateen");
+    let script = format!(
+        "set -o pipefail; '{0}' bake faux-suede tshirt-white --preset draft -o '{1}/out/' | true; exit ${{PIPESTATUS[0]}}",
+        bin.display(),
+        folder.path().display()
+    );
+    Command::new("bash")
+        .args(["-c", &script])
+        .assert()
+        .success();
+    assert_eq!(
+        names_in(&folder.path().join("out")),
+        ["faux-suede.sateen", "tshirt-white.sateen"]
+    );
+    let script = format!(
+        "'{}' eval '{}' --pairs nowhere.csv 2>/dev/full; exit $?",
+        bin.display(),
+        table.display()
+    );
+    Command::new("bash").args(["-c", &script]).assert().code(1);
+}
+
+#[test]
+fn fabrics_and_tables_may_come_through_pipes() {
+    let folder = folder();
+    let table = bake_suede(folder.path());
+    let pairs = pairs(folder.path(), &format!("{HEADER}\n0,0,1,0,0.6,0.8\n"));
+    for subject in [Path::new("tables/fabrics/faux-suede.toml"), &table] {
+        let script = format!(
+            "'{}' eval <(cat '{}') --pairs '{}'",
+            assert_cmd::cargo::cargo_bin("sateen").display(),
+            subject.display(),
+            pairs.display()
+        );
+        Command::new("bash")
+            .args(["-c", &script])
+            .assert()
+            .success()
+            .stdout(contains("rho_r"));
+    }
+    sateen()
+        .args(["info", "/dev/zero"])
+        .assert()
+        .code(1)
+        .stderr(contains("more than"));
 }

@@ -56,7 +56,7 @@ fn values_out_of_range_are_named_with_their_line() {
         (
             "eta = 1.4",
             "eta = 0.9",
-            "mine.toml:7: eta = 0.9 must be at least 1",
+            "mine.toml:7: eta = 0.9 must be at least 1 and at most 100",
         ),
         (
             "eta = 1.4",
@@ -66,7 +66,7 @@ fn values_out_of_range_are_named_with_their_line() {
         (
             "gamma_s_deg = 10",
             "gamma_s_deg = 0",
-            "mine.toml:9: gamma_s_deg = 0 must be above 0",
+            "mine.toml:9: gamma_s_deg = 0.0 must be above 0",
         ),
         (
             "k_d = 0.1",
@@ -76,17 +76,17 @@ fn values_out_of_range_are_named_with_their_line() {
         (
             "coverage = 0.5",
             "coverage = -1",
-            "mine.toml:5: coverage = -1 must lie between 0 and 1",
+            "mine.toml:5: coverage = -1.0 must lie between 0 and 1",
         ),
         (
             "[-20, 20, 30]",
             "[-20, 95, 30]",
-            "mine.toml:11: tangent_offsets_deg = 95 must lie between -90 and 90 degrees",
+            "mine.toml:11: tangent_offsets_deg = 95.0 must lie between -90 and 90 degrees",
         ),
         (
             "[1, 0]",
             "[1, -2]",
-            "mine.toml:12: tangent_lengths = -2 must not be negative",
+            "mine.toml:12: tangent_lengths = -2.0 must not be negative",
         ),
         (
             "[1, 0]",
@@ -101,12 +101,12 @@ fn values_out_of_range_are_named_with_their_line() {
         (
             "0.1, 0.2",
             "-0.1, 0.2",
-            "mine.toml:6: albedo: color × scale = [-0.1, 0.2, 0.3] must be finite and not negative",
+            "mine.toml:6: albedo: color × scale = [-0.1, 0.2, 0.3] must lie between 0 and 1000",
         ),
         (
             "\"warp\"",
             "\"Warp \"",
-            "mine.toml:3: name = \"Warp \" must be 1 to 64 of the characters a-z 0-9 - _",
+            "mine.toml:3: name: \"Warp \" must be 1 to 64 of the characters a-z 0-9 - _",
         ),
         (
             "eta = 1.4",
@@ -117,7 +117,7 @@ fn values_out_of_range_are_named_with_their_line() {
         (
             "eta = 1.4",
             "eta = \"1.4\"",
-            "mine.toml:7: invalid type: string \"1.4\", expected f64",
+            "mine.toml:7: eta: invalid type: string \"1.4\", expected f64",
         ),
         ("eta = 1.4", "eta = = 1.4", "mine.toml:7: "),
     ];
@@ -160,6 +160,9 @@ fn named_albedos_are_chosen_by_variant() {
             .contains("none is \"green\"; there are [\"blue\", \"red\"]")
     );
     assert!(Fabric::from_toml(GOOD, "mine.toml", Some("red")).is_err());
+    // It becomes part of the name, and so of a file's.
+    let climbing = named.replace("albedos.red", "albedos.\"../red\"");
+    assert!(error(&climbing).contains("albedos: \"../red\" must be"));
 }
 
 #[test]

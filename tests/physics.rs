@@ -74,12 +74,15 @@ fn the_albedo_is_a_factor_of_the_volume_part_alone() {
         table.eval_cos_with(&own[..1], wi, wr),
         table.eval_cos(wi, wr)
     );
-    let (threads, q) = table.components(wi, wr);
-    let surface: f32 = threads
+    let parts = table.components(wi, wr);
+    assert_eq!(parts.rho, table.eval_cos(wi, wr));
+    let surface: f32 = parts
+        .threads
+        .iter()
         .zip(table.threads())
         .map(|(part, thread)| thread.coverage() * part.response.surface)
         .sum();
-    assert!((surface / q - at(0.0)).abs() < 1e-6);
+    assert!((surface / parts.q - at(0.0)).abs() < 1e-6);
 }
 
 #[test]
@@ -169,4 +172,38 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn a_segment_narrower_than_single_precision_is_a_tilt() {
+    let wide = TangentCurve::<f32>::new(&[0.5, 0.5 + 1e-4], &[1.0]);
+    assert_eq!((wide.tilts().len(), wide.segments().len()), (0, 1));
+    let narrow = TangentCurve::<f32>::new(&[0.5, 0.5 + 1e-7], &[1.0]);
+    assert_eq!((narrow.tilts().len(), narrow.segments().len()), (1, 0));
+}
+
+#[test]
+fn overlapping_segments_become_disjoint_ones() {
+    // -90 to 90 once, and -30 to 10 half as long, as corduroy's warp.
+    let deg = |x: f64| x.to_radians();
+    let curve = TangentCurve::<f64>::new(
+        &[deg(-90.0), deg(90.0), deg(-30.0), deg(10.0)],
+        &[1.0, 0.0, 0.5],
+    );
+    let pieces: Vec<(i64, i64)> = curve
+        .segments()
+        .iter()
+        .map(|s| {
+            (
+                s.from.to_degrees().round() as i64,
+                s.to.to_degrees().round() as i64,
+            )
+        })
+        .collect();
+    assert_eq!(pieces, [(-90, -30), (-30, 10), (10, 90)]);
+    let sum: f64 = curve.segments().iter().map(|s| s.weight).sum();
+    assert!((sum - 1.0).abs() < 1e-12);
+    // Two parts of one density are one.
+    let curve = TangentCurve::<f64>::new(&[deg(-20.0), deg(0.0), deg(10.0)], &[2.0, 1.0]);
+    assert_eq!(curve.segments().len(), 1);
 }

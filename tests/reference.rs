@@ -4,8 +4,8 @@
 mod common;
 
 use common::fabric;
-use sateen::brdf::Reweighting;
-use sateen::model::{Components, Rule, Sadeghi};
+use sateen::brdf::{Components, Reweighting};
+use sateen::model::{Rule, Sadeghi};
 
 /// Largest deviation allowed, relative to values above 1 and absolute below.
 const TOLERANCE: f64 = 1e-6;

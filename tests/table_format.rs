@@ -174,16 +174,36 @@ fn sizes_that_no_table_has_ask_for_no_memory() {
             }
         }
     );
-    assert!(matches!(
-        refused(&put(entry + 8, u64::MAX)),
-        Error::Invalid { .. }
-    ));
-    assert!(matches!(
-        refused(&put(entry + 8, 1 << 40)),
-        Error::Invalid { .. } | Error::Truncated { .. }
-    ));
+    for stored in [u64::MAX, u64::MAX - 63, 1 << 40] {
+        assert!(
+            matches!(refused(&put(entry + 8, stored)), Error::Truncated { .. }),
+            "{stored}"
+        );
+    }
     assert!(matches!(refused(&put(entry, 64)), Error::Invalid { .. }));
     assert_eq!(refused(&put(entry + 16, 10)), Error::Decompression);
+}
+
+#[test]
+fn chunks_that_wrap_around_the_address_space_are_refused() {
+    // The first chunk's length reaches to just below 2⁶⁴, and the second begins at 0, where rounding up would wrap to.
+    let entry = first_chunk_entry(GOLDEN_1_0);
+    let start = u64::from_le_bytes(GOLDEN_1_0[entry..entry + 8].try_into().unwrap());
+    let wrapped = with_header(GOLDEN_1_0, |bytes| {
+        let stored = u64::MAX - start - 10;
+        bytes[entry + 8..entry + 16].copy_from_slice(&stored.to_le_bytes());
+        bytes[entry + 32..entry + 40].copy_from_slice(&0u64.to_le_bytes());
+        let length = (GOLDEN_1_0.len() as u64).to_le_bytes();
+        bytes[entry + 40..entry + 48].copy_from_slice(&length);
+    });
+    assert!(matches!(refused(&wrapped), Error::Truncated { .. }));
+}
+
+#[test]
+fn a_fabric_changed_behind_its_text_is_not_baked() {
+    let mut changed = fabric("faux-suede");
+    changed.threads[1].coverage = 0.5;
+    assert!(bake(&changed, &tiny(), Progress::silent()).is_err());
 }
 
 #[test]

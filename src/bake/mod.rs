@@ -64,15 +64,36 @@ impl FabricText {
     }
 }
 
+/// Why there is no table.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BakeError {
+    /// The caller wants it no more.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A fabric's fields were changed, but not the text that would be recorded as what made the table.
+    #[error(
+        "the parameters of {0} are not those of its TOML text; change the text and read it again"
+    )]
+    TextDiffers(String),
+}
+
 /// Bakes `fabric` and measures the error of the result. The same input gives the same table on any number of threads.
 ///
 /// # Errors
-/// When `progress` says stop.
+/// When `progress` says stop, or the fabric is not what its TOML text says.
 pub fn bake(
     fabric: &Fabric,
     settings: &Settings,
     progress: Progress<'_>,
-) -> Result<Table, Cancelled> {
+) -> Result<Table, BakeError> {
+    let text = FabricText {
+        name: fabric.name.clone(),
+        variant: fabric.variant.clone(),
+        toml: fabric.toml.clone(),
+    };
+    if text.parse().as_ref() != Ok(fabric) {
+        return Err(BakeError::TextDiffers(fabric.name.clone()));
+    }
     let sampling = progress.part(0.0, 0.85);
     let visible: Vec<&Thread> = fabric.visible_threads().collect();
     let bytes_per_node = 2 * settings.encoding.bytes();
@@ -140,11 +161,7 @@ pub fn bake(
     let provenance = Provenance {
         tool: concat!("sateen ", env!("CARGO_PKG_VERSION")).to_owned(),
         settings: settings.clone(),
-        fabric: FabricText {
-            name: fabric.name.clone(),
-            variant: fabric.variant.clone(),
-            toml: fabric.toml.clone(),
-        },
+        fabric: text,
         error,
     };
     table.metadata = toml::to_string(&provenance).expect("numbers, strings and arrays are TOML");

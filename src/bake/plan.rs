@@ -6,8 +6,8 @@
 //! each axis its error at every number of nodes. Interpolation in four dimensions adds the errors of the axes to first
 //! order, so nodes are then handed out to whichever axis gains most for the growth of the table.
 //!
-//! Error is that of S + A V relative to itself plus a hundredth of its mean, as the protocol has it, A the largest
-//! channel of the albedo.
+//! Error is that of the segments' S + A V relative to itself plus a hundredth of its mean over these pairs, close to what
+//! the protocol measures; A is the largest channel of the albedo.
 
 use std::f64::consts::PI;
 

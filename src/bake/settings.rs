@@ -57,7 +57,7 @@ impl Preset {
             target_error,
             tolerance,
             error_pairs: 16_384,
-            error_seed: crate::metrics::DEFAULT_SEED,
+            error_seed: crate::metrics::RECORDED_SEED,
         }
     }
 }

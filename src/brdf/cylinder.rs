@@ -79,6 +79,10 @@ impl<R: Real> Response<R> {
 /// Unpolarised reflectance of a smooth dielectric of relative index `eta` ≥ 1 at cosine of incidence `cos` ∈ \[0, 1\].
 #[inline(always)]
 pub fn fresnel<R: Real>(eta: R, cos: R) -> R {
+    // Without an interface nothing is reflected, not even at cos = 0, where the ratios would be 0/0.
+    if eta == R::one() {
+        return R::zero();
+    }
     let sin2 = (R::one() - cos) * (R::one() + cos);
     let cos_t = (R::one() - sin2 / (eta * eta)).max(R::zero()).sqrt();
     let r_s = (cos - eta * cos_t) / (cos + eta * cos_t);

@@ -11,6 +11,7 @@
 mod cylinder;
 mod factor;
 mod frame;
+pub mod limits;
 mod tangent;
 mod weave;
 
@@ -18,4 +19,4 @@ pub use cylinder::{Optics, Response, ThreadPair, fresnel};
 pub use factor::Factors;
 pub use frame::ThreadFrame;
 pub use tangent::{Reweighting, Segment, TangentCurve, Tilt};
-pub use weave::{ThreadResponse, Weave};
+pub use weave::{Components, ThreadResponse, Weave, without_cosine};

@@ -6,6 +6,7 @@
 
 use alloc::vec::Vec;
 
+use super::limits;
 use crate::math::{Real, Vec3, norm2};
 
 /// How Q weighs a tangent, \[Fecho13\] 3.26.
@@ -82,23 +83,47 @@ pub struct TangentCurve<R> {
 
 impl<R: Real> TangentCurve<R> {
     /// The distribution of a polyline of `offsets` (radians, one more than lengths) and `lengths` (any unit, ≥ 0, not
-    /// all 0). Parts of no length vanish.
+    /// all 0). Parts of no length vanish, and segments that overlap or go on with the same density become disjoint ones.
     pub fn new(offsets: &[f64], lengths: &[f64]) -> Self {
         let total: f64 = lengths.iter().sum();
-        let parts = || {
-            offsets
-                .windows(2)
-                .zip(lengths)
-                .map(|(ends, length)| (ends[0], ends[1], length / total))
-        };
-        let tilts = parts()
-            .filter(|(from, to, weight)| from == to && *weight > 0.0)
-            .map(|(from, _, weight)| (from, weight));
-        let segments = parts().filter(|(from, to, weight)| from != to && *weight > 0.0);
-        Self::from_parts(
-            tilts,
-            segments.map(|(from, to, weight)| (from.min(to), from.max(to), weight)),
-        )
+        let (mut tilts, mut steps) = (Vec::new(), Vec::new());
+        for (ends, length) in offsets.windows(2).zip(lengths) {
+            let (from, to, weight) = (ends[0].min(ends[1]), ends[0].max(ends[1]), length / total);
+            if weight == 0.0 {
+                continue;
+            }
+            if to - from < limits::SEGMENT_WIDTH {
+                tilts.push((0.5 * (from + to), weight));
+            } else {
+                let density = weight / (to - from);
+                steps.extend([(from, density, 1), (to, -density, -1)]);
+            }
+        }
+        steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+
+        let mut pieces: Vec<(f64, f64, f64)> = Vec::new();
+        let (mut density, mut overlap) = (0.0, 0);
+        for pair in steps.windows(2) {
+            density += pair[0].1;
+            overlap += pair[0].2;
+            let (from, to) = (pair[0].0, pair[1].0);
+            if overlap == 0 || to == from {
+                continue;
+            }
+            match pieces.last_mut() {
+                Some(last) if last.1 == from && (last.2 - density).abs() < 1e-9 * density => {
+                    last.1 = to
+                }
+                _ if to - from < limits::SEGMENT_WIDTH => {
+                    tilts.push((0.5 * (from + to), density * (to - from)))
+                }
+                _ => pieces.push((from, to, density)),
+            }
+        }
+        let segments = pieces
+            .iter()
+            .map(|(from, to, density)| (*from, *to, density * (to - from)));
+        Self::from_parts(tilts.into_iter(), segments)
     }
 
     /// The distribution made of tilts (angle, weight) and segments (from < to, weight), whose weights sum to 1.

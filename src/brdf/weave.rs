@@ -1,5 +1,7 @@
 //! Threads to cloth.
 
+use alloc::vec::Vec;
+
 use super::Response;
 use crate::math::Real;
 
@@ -68,16 +70,51 @@ impl<R: Real> Weave<R> {
     }
 
     /// ρ = BRDF × cosine \[1/sr\]. Where nothing of the cloth faces the viewer (Q = 0), and for directions that are no
-    /// numbers, nothing is seen.
+    /// numbers, nothing is seen. Never infinite.
     #[inline(always)]
     pub fn rho(&self) -> [R; 3] {
         self.sum.map(|sum| {
             let rho = sum / self.q;
-            if rho.is_finite() {
-                rho.max(R::zero())
+            if self.q > R::zero() && !rho.is_nan() {
+                rho.max(R::zero()).min(R::max_value())
             } else {
                 R::zero()
             }
         })
     }
+}
+
+/// What ρ is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Components<R> {
+    /// One entry per visible thread, in the fabric's order.
+    pub threads: Vec<ThreadResponse<R>>,
+    /// Q, the projection of threads and gaps.
+    pub q: R,
+    /// ρ = BRDF × cosine \[1/sr\].
+    pub rho: [R; 3],
+}
+
+impl<R: Real> Components<R> {
+    /// The same in another precision.
+    pub fn cast<T: Real>(&self) -> Components<T> {
+        Components {
+            threads: self.threads.iter().map(ThreadResponse::cast).collect(),
+            q: T::of(self.q.to_double()),
+            rho: self.rho.map(|rho| T::of(rho.to_double())),
+        }
+    }
+}
+
+/// The BRDF \[1/sr\] from ρ and the cosine wi·n: ρ is proportional to neither cosine, so at the last denormals the
+/// quotient would be infinite.
+#[inline(always)]
+pub fn without_cosine<R: Real>(rho: [R; 3], cos_i: R) -> [R; 3] {
+    rho.map(|rho| {
+        if rho > R::zero() {
+            (rho / cos_i).min(R::max_value())
+        } else {
+            R::zero()
+        }
+    })
 }

@@ -60,8 +60,8 @@ pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     .directions()
 }
 
-/// The root of `f` in [a, b], where f(a) ≤ 0 ≤ f(b): regula falsi with the Illinois weights, and a bisection whenever
-/// three of its steps have not halved the bracket.
+/// The root of `f` in [a, b], where f(a) ≤ 0 ≤ f(b): regula falsi, halving the weight of an end that stays twice in a
+/// row (Illinois), with a bisection at every fourth step.
 fn root<R: Real>(mut a: R, mut b: R, f: impl Fn(R) -> R) -> R {
     let half = R::of(0.5);
     let (mut f_a, mut f_b) = (f(a), f(b));
@@ -71,37 +71,34 @@ fn root<R: Real>(mut a: R, mut b: R, f: impl Fn(R) -> R) -> R {
     if f_b <= R::zero() {
         return b;
     }
-    for _ in 0..64 {
-        let width = b - a;
-        for step in 0..4 {
-            let mut x = if step == 3 {
-                half * (a + b)
-            } else {
-                (a * f_b - b * f_a) / (f_b - f_a)
-            };
-            if !(x > a && x < b) {
-                x = half * (a + b);
-            }
-            if x <= a || x >= b {
-                return x;
-            }
-            let f_x = f(x);
-            if f_x == R::zero() {
-                return x;
-            }
-            if f_x < R::zero() {
-                a = x;
-                f_a = f_x;
-                f_b *= half;
-            } else {
-                b = x;
-                f_b = f_x;
-                f_a *= half;
-            }
-            if step == 3 && b - a > half * width {
-                break;
-            }
+    let mut moved_up = None;
+    for step in 0..256 {
+        let secant = (a * f_b - b * f_a) / (f_b - f_a);
+        let bisect = step % 4 == 3 || !(secant > a && secant < b);
+        let x = if bisect { half * (a + b) } else { secant };
+        let f_x = f(x);
+        if x <= a || x >= b || f_x == R::zero() {
+            return x;
         }
+        let is_below = f_x < R::zero();
+        if is_below {
+            a = x;
+            f_a = f_x;
+            f_b *= if moved_up == Some(true) {
+                half
+            } else {
+                R::one()
+            };
+        } else {
+            b = x;
+            f_b = f_x;
+            f_a *= if moved_up == Some(false) {
+                half
+            } else {
+                R::one()
+            };
+        }
+        moved_up = Some(is_below);
     }
     half * (a + b)
 }

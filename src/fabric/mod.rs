@@ -27,7 +27,7 @@ pub struct Fabric {
     pub sigma_u: f64,
     /// The threads; those of coverage 0 may be present and cost nothing.
     pub threads: Vec<Thread>,
-    /// The TOML text that this was read from.
+    /// The TOML text that this was read from, which tables record as what made them.
     pub toml: String,
     /// The albedo variant that was chosen, where the text offers several.
     pub variant: Option<String>,

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{Fabric, Thread};
-use crate::brdf::{Optics, Reweighting};
+use crate::brdf::{Optics, Reweighting, limits};
 
 /// What is wrong with a fabric's parameters, and where.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -68,6 +68,7 @@ fn one() -> f64 {
 /// More segments or threads than any cloth has; keeps hostile files cheap.
 const MAX_SEGMENTS: usize = 4096;
 const MAX_THREADS: usize = 64;
+const MAX_NAME_BYTES: usize = 64;
 const DEFAULT_CORRELATION_WIDTH_DEG: f64 = 20.0;
 
 struct Source<'a> {
@@ -99,34 +100,52 @@ impl Source<'_> {
         if x.is_finite() && valid(x) {
             Ok(x)
         } else {
-            Err(self.error(
-                value.span().start,
-                Some(key),
-                format!("{key} = {x} must {must}"),
-            ))
+            let message = format!("{key} = {x:?} must {must}");
+            Err(self.error(value.span().start, Some(key), message))
         }
     }
 
-    fn name(&self, name: &Spanned<String>) -> Result<String, FabricError> {
-        let text = name.get_ref();
+    /// What the TOML parser says, with the key of the line that it says it of.
+    fn syntax_error(&self, error: &toml::de::Error) -> FabricError {
+        let offset = error
+            .span()
+            .map_or(0, |span| span.start)
+            .min(self.text.len());
+        let before = self.text.get(..offset).unwrap_or_default();
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        let key = line
+            .split_once('=')
+            .map(|(key, _)| key.trim())
+            .filter(|key| !key.is_empty());
+        let message = match key {
+            Some(key) => format!("{key}: {}", error.message()),
+            None => error.message().to_owned(),
+        };
+        self.error(offset, key, message)
+    }
+
+    fn name(&self, key: &str, name: &str, at: usize) -> Result<String, FabricError> {
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
-        if !text.is_empty() && text.len() <= 64 && text.chars().all(plain) {
-            Ok(text.clone())
+        if !name.is_empty() && name.len() <= MAX_NAME_BYTES && name.chars().all(plain) {
+            Ok(name.to_owned())
         } else {
-            let message =
-                format!("name = \"{text}\" must be 1 to 64 of the characters a-z 0-9 - _");
-            Err(self.error(name.span().start, Some("name"), message))
+            let message = format!(
+                "{key}: \"{name}\" must be 1 to {MAX_NAME_BYTES} of the characters a-z 0-9 - _"
+            );
+            Err(self.error(at, Some(key), message))
         }
     }
 
     fn albedo(&self, key: &str, value: &Spanned<AlbedoToml>) -> Result<[f64; 3], FabricError> {
         let AlbedoToml { color, scale } = value.get_ref();
         let albedo = color.map(|channel| channel * scale);
-        if albedo.iter().all(|a| a.is_finite() && *a >= 0.0) {
+        if albedo
+            .iter()
+            .all(|channel| limits::ALBEDO.contains(channel))
+        {
             Ok(albedo)
         } else {
-            let message =
-                format!("{key}: color × scale = {albedo:?} must be finite and not negative");
+            let message = format!("{key}: color × scale = {albedo:?} must lie between 0 and 1000");
             Err(self.error(value.span().start, Some(key), message))
         }
     }
@@ -134,14 +153,16 @@ impl Source<'_> {
 
 pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fabric, FabricError> {
     let source = Source { file, text };
-    let raw: FabricToml = toml::from_str(text).map_err(|error| {
-        let offset = error.span().map_or(0, |span| span.start);
-        source.error(offset, None, error.message().to_owned())
-    })?;
+    let raw: FabricToml = toml::from_str(text).map_err(|error| source.syntax_error(&error))?;
 
     let sigma_u = match &raw.correlation_width_deg {
         None => DEFAULT_CORRELATION_WIDTH_DEG,
-        Some(width) => source.number("correlation_width_deg", width, |x| x > 0.0, "be above 0")?,
+        Some(width) => source.number(
+            "correlation_width_deg",
+            width,
+            |x| limits::SIGMA_U.contains(&x.to_radians()),
+            "lie between 1 and 1000 degrees",
+        )?,
     };
     let threads_at = raw.thread.span().start;
     if raw.thread.get_ref().is_empty() || raw.thread.get_ref().len() > MAX_THREADS {
@@ -182,7 +203,7 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
         threads.push(thread);
     }
 
-    let base = source.name(&raw.name)?;
+    let base = source.name("name", raw.name.get_ref(), raw.name.span().start)?;
     let name = chosen
         .as_ref()
         .map_or_else(|| base.clone(), |variant| format!("{base}-{variant}"));
@@ -227,6 +248,9 @@ fn choose_variant(
     };
     let names: Vec<&String> = named.get_ref().keys().collect();
     let at = named.span().start;
+    for name in &names {
+        source.name("albedos", name, at)?;
+    }
     match asked {
         Some(asked) if names.iter().any(|name| *name == asked) => Ok(Some(asked.to_owned())),
         Some(asked) => Err(source.error(
@@ -251,7 +275,7 @@ fn parse_thread(
     at: usize,
     variant: Option<&str>,
 ) -> Result<Thread, FabricError> {
-    let name = source.name(&raw.name)?;
+    let name = source.name("name", raw.name.get_ref(), raw.name.span().start)?;
     let albedo = match (&raw.albedo, &raw.albedos) {
         (Some(albedo), None) => source.albedo("albedo", albedo)?,
         (None, Some(named)) => match variant.and_then(|variant| named.get_ref().get(variant)) {
@@ -309,7 +333,8 @@ fn parse_thread(
         return Err(source.error(lengths_at, Some("tangent_lengths"), message));
     }
 
-    let positive = |x: f64| x > 0.0;
+    let gamma = |x: f64| limits::GAMMA.contains(&x.to_radians());
+    let gamma_range = "be above 0: between 0.001 and 1000 degrees";
     Ok(Thread {
         name,
         direction: source
@@ -323,12 +348,17 @@ fn parse_thread(
         coverage: source.number(
             "coverage",
             &raw.coverage,
-            |x| (0.0..=1.0).contains(&x),
-            "lie between 0 and 1",
+            |x| x == 0.0 || limits::COVERAGE.contains(&x),
+            "lie between 0 and 1 (and be 0 or at least 1e-12)",
         )?,
         albedo,
         optics: Optics {
-            eta: source.number("eta", &raw.eta, |x| x >= 1.0, "be at least 1")?,
+            eta: source.number(
+                "eta",
+                &raw.eta,
+                |x| limits::ETA.contains(&x),
+                "be at least 1 and at most 100",
+            )?,
             k_d: source.number(
                 "k_d",
                 &raw.k_d,
@@ -336,10 +366,10 @@ fn parse_thread(
                 "lie between 0 and 1",
             )?,
             gamma_s: source
-                .number("gamma_s_deg", &raw.gamma_s_deg, positive, "be above 0")?
+                .number("gamma_s_deg", &raw.gamma_s_deg, gamma, gamma_range)?
                 .to_radians(),
             gamma_v: source
-                .number("gamma_v_deg", &raw.gamma_v_deg, positive, "be above 0")?
+                .number("gamma_v_deg", &raw.gamma_v_deg, gamma, gamma_range)?
                 .to_radians(),
         },
         tangent_offsets,

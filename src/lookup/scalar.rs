@@ -3,10 +3,14 @@
 //! From a pair to a number: into the thread's frame; single tilts by their closed form; for the segments the pair's place
 //! in the chart, four-dimensional interpolation of S/F_S and V/F_V there, times F; then the sum over threads.
 
-use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave};
+use alloc::vec::Vec;
+
+use crate::brdf::{
+    Components, Response, Reweighting, ThreadPair, ThreadResponse, Weave, without_cosine,
+};
 use crate::table::{Table, ThreadTable};
 
-/// Evaluation never fails, allocates or panics, and is never negative or NaN: directions that are not above the surface,
+/// Evaluation never fails, allocates (but for [`Table::components`]) or panics, and is never negative or NaN: directions that are not above the surface,
 /// and those that are no numbers, give zero. Directions are unit vectors in the surface frame (x warp, y weft, z
 /// normal); `wi` points to the light and `wr` to the viewer.
 impl Table {
@@ -22,50 +26,47 @@ impl Table {
 
     /// The BRDF with other albedos: see [`Table::eval_cos_with`].
     pub fn eval_with(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
-        let rho = self.eval_cos_with(albedos, wi, wr);
-        // ρ is proportional to neither cosine, so at the last denormals the quotient may overflow.
-        rho.map(|rho| {
-            if rho > 0.0 {
-                (rho / wi[2]).min(f32::MAX)
-            } else {
-                0.0
-            }
-        })
+        without_cosine(self.eval_cos_with(albedos, wi, wr), wi[2])
     }
 
     /// ρ with other albedos, linear RGB, one per thread in the order of [`Table::threads`]; where `albedos` ends, the
     /// fabric's own go on.
     pub fn eval_cos_with(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
-        if !(wi[2] > 0.0 && wr[2] > 0.0) {
-            return [0.0; 3];
-        }
-        let mut weave = Weave::new(self.gap, wr[2]);
-        for (index, thread) in self.threads.iter().enumerate() {
-            let albedo = albedos.get(index).unwrap_or(&thread.albedo);
-            weave.add(thread.coverage, *albedo, &self.response(thread, wi, wr));
-        }
-        weave.rho()
+        self.weave(albedos, wi, wr, |_| {}).rho()
     }
 
-    /// S, V and the projection of every thread, in the order of [`Table::threads`], and Q.
-    pub fn components(
+    /// S, V and the projection of every thread, Q, and ρ with the fabric's own albedo.
+    pub fn components(&self, wi: [f32; 3], wr: [f32; 3]) -> Components<f32> {
+        let mut threads = Vec::with_capacity(self.threads.len());
+        let weave = self.weave(&[], wi, wr, |thread| threads.push(thread));
+        Components {
+            threads,
+            q: weave.q,
+            rho: weave.rho(),
+        }
+    }
+
+    #[inline]
+    fn weave(
         &self,
+        albedos: &[[f32; 3]],
         wi: [f32; 3],
         wr: [f32; 3],
-    ) -> (impl Iterator<Item = ThreadResponse<f32>>, f32) {
+        mut each: impl FnMut(ThreadResponse<f32>),
+    ) -> Weave<f32> {
         let above = wi[2] > 0.0 && wr[2] > 0.0;
-        let response = move |thread: &ThreadTable| {
-            if above {
+        let mut weave = Weave::new(self.gap, if above { wr[2] } else { 0.0 });
+        for (index, thread) in self.threads.iter().enumerate() {
+            let albedo = albedos.get(index).unwrap_or(&thread.albedo);
+            let response = if above {
                 self.response(thread, wi, wr)
             } else {
                 ThreadResponse::zero()
-            }
-        };
-        let mut weave = Weave::new(self.gap, if above { wr[2] } else { 0.0 });
-        for thread in &self.threads {
-            weave.add(thread.coverage, [0.0; 3], &response(thread));
+            };
+            weave.add(thread.coverage, *albedo, &response);
+            each(response);
         }
-        (self.threads.iter().map(response), weave.q)
+        weave
     }
 
     #[inline]

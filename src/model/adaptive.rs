@@ -153,7 +153,8 @@ impl Panel {
         let sum = halves[0].value.plus(1.0, halves[1].value);
         let agree = (sum.surface - self.value.surface).abs() <= allowed.surface
             && (sum.volume - self.value.volume).abs() <= allowed.volume;
-        if agree || depth == MAX_DEPTH || middle <= self.from || middle >= self.to {
+        let is_finite = sum.surface.is_finite() && sum.volume.is_finite();
+        if agree || !is_finite || depth == MAX_DEPTH || middle <= self.from || middle >= self.to {
             sum
         } else {
             halves[0]

@@ -4,8 +4,9 @@ mod adaptive;
 mod sadeghi;
 
 pub use adaptive::mean_response;
-pub use sadeghi::{Components, Rule, Sadeghi};
+pub use sadeghi::{Rule, Sadeghi};
 
+use crate::brdf::without_cosine;
 use crate::math::{Real, Vec3};
 
 /// A reflectance model in the surface frame: x warp, y weft, z normal; `wi` to the light, `wr` to the viewer, unit.
@@ -15,10 +16,6 @@ pub trait Model<R: Real>: Sync {
 
     /// The BRDF \[1/sr\], linear RGB; zero when either direction is not above the surface.
     fn eval(&self, wi: Vec3<R>, wr: Vec3<R>) -> Vec3<R> {
-        if wi[2] > R::zero() {
-            self.eval_cos(wi, wr).map(|rho| rho / wi[2])
-        } else {
-            [R::zero(); 3]
-        }
+        without_cosine(self.eval_cos(wi, wr), wi[2])
     }
 }

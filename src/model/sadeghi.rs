@@ -5,7 +5,8 @@
 
 use super::{Model, adaptive::mean_response};
 use crate::brdf::{
-    Optics, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair, ThreadResponse, Weave,
+    Components, Optics, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair,
+    ThreadResponse, Weave,
 };
 use crate::fabric::Fabric;
 use crate::math::{Real, Vec3, norm2};
@@ -54,17 +55,6 @@ enum Tangents<R> {
         sigma_u: f64,
         tolerance: f64,
     },
-}
-
-/// What ρ is made of.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Components<R> {
-    /// One entry per visible thread, in the fabric's order.
-    pub threads: Vec<ThreadResponse<R>>,
-    /// Q, the projection of threads and gaps.
-    pub q: R,
-    /// ρ = BRDF × cosine \[1/sr\].
-    pub rho: [R; 3],
 }
 
 impl<R: Real> Sadeghi<R> {

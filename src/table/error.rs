@@ -8,7 +8,7 @@ use core::fmt;
 pub enum Error {
     /// The magic number is missing: this is some other kind of file.
     NotATable,
-    /// The file's format is newer than this reader.
+    /// The file's format is another than this reader's.
     Version {
         /// Major version of the file.
         major: u16,
@@ -38,7 +38,7 @@ pub enum Error {
     Invalid {
         /// Which value.
         what: &'static str,
-        /// Where the reader was, bytes from the start of the header.
+        /// Where the reader was, bytes from the start of the file.
         offset: usize,
     },
     /// The table would take more memory than [`super::MAX_DECODED_BYTES`].
@@ -58,8 +58,7 @@ impl fmt::Display for Error {
             Self::NotATable => write!(f, "not a sateen table"),
             Self::Version { major, minor } => write!(
                 f,
-                "format version {major}.{minor} is newer than {}.{}, the newest that this sateen reads; upgrade sateen or \
-                 bake again",
+                "format version {major}.{minor}, but this sateen reads {}.{}; upgrade sateen or bake again",
                 super::format::MAJOR,
                 super::format::MINOR
             ),
@@ -80,7 +79,7 @@ impl fmt::Display for Error {
                 f,
                 "damaged: the checksum of the {part} does not match; copy or bake it again"
             ),
-            Self::Invalid { what, offset } => write!(f, "invalid: {what} (header byte {offset})"),
+            Self::Invalid { what, offset } => write!(f, "invalid: {what} (near byte {offset})"),
             Self::TooLarge { bytes } => {
                 write!(
                     f,

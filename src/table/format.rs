@@ -11,7 +11,7 @@ use super::{
     Axis, Encoding, Error, Grid, Interpolation, MAX_NODES, Samples, Table, ThreadParameters,
     ThreadTable,
 };
-use crate::brdf::{Optics, Reweighting};
+use crate::brdf::{Optics, Reweighting, limits};
 use crate::chart::Chart;
 
 /// Major version of the format: readers refuse what they do not know.
@@ -26,7 +26,7 @@ const MAGIC: [u8; 8] = *b"\x89SATEEN\n";
 const ALIGNMENT: usize = 64;
 /// Where the checksummed part of the header begins.
 const CHECKED_FROM: usize = 20;
-const MAX_HEADER_BYTES: usize = 1 << 20;
+const MAX_HEADER_BYTES: usize = 16 << 20;
 const MAX_THREADS: u32 = 64;
 const MAX_PARTS: u32 = 4096;
 
@@ -51,7 +51,8 @@ impl Table {
     /// Reads a table and checks everything: version, checksums, sizes, ranges, that every number is finite.
     ///
     /// # Errors
-    /// [`Error`] says what is wrong. Memory beyond [`MAX_DECODED_BYTES`] is never asked for.
+    /// [`Error`] says what is wrong. Whatever a header claims, no more memory than three times [`MAX_DECODED_BYTES`] is
+    /// asked for: compressed planes, bytes and samples.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let header = header_of(bytes)?;
         let mut reader = Reader {
@@ -66,7 +67,7 @@ impl Table {
         };
         reader.zero(3)?;
         let sigma_u = reader.f32()?;
-        if !(sigma_u > 0.0 && sigma_u.is_finite()) {
+        if !limits::SIGMA_U.contains(&f64::from(sigma_u)) {
             return Err(reader.invalid("width of u"));
         }
         let thread_count = reader.count("number of threads", 0..=MAX_THREADS)?;
@@ -175,26 +176,23 @@ fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<
                 offset: end,
             });
         }
-        end = start
-            .checked_add(chunk.stored_bytes)
-            .ok_or(Error::Invalid {
-                what: "chunk length",
-                offset: chunk.offset,
-            })?;
-    }
-    let (expected, found) = (end as u64, bytes.len() as u64);
-    match found.cmp(&expected) {
-        core::cmp::Ordering::Less => Err(Error::Truncated { expected, found }),
-        core::cmp::Ordering::Greater => Err(Error::TrailingBytes { expected, found }),
-        core::cmp::Ordering::Equal => {
-            let decoded: u64 = chunks.iter().map(|chunk| chunk.decoded_bytes as u64).sum();
-            if decoded > MAX_DECODED_BYTES {
-                Err(Error::TooLarge { bytes: decoded })
-            } else {
-                Ok(())
-            }
+        end = start.saturating_add(chunk.stored_bytes);
+        if end > bytes.len() {
+            return Err(Error::Truncated {
+                expected: end as u64,
+                found: bytes.len() as u64,
+            });
         }
     }
+    let (expected, found) = (end as u64, bytes.len() as u64);
+    if found > expected {
+        return Err(Error::TrailingBytes { expected, found });
+    }
+    let decoded: u64 = chunks.iter().map(|chunk| chunk.decoded_bytes as u64).sum();
+    if decoded > MAX_DECODED_BYTES {
+        return Err(Error::TooLarge { bytes: decoded });
+    }
+    Ok(())
 }
 
 /// A chunk's bytes, checked and decompressed; `word` is the size of its numbers.
@@ -206,7 +204,15 @@ fn decode(bytes: &[u8], chunk: &Chunk, word: usize, part: &'static str) -> Resul
     let decoded = match chunk.codec {
         Codec::Stored => stored.to_owned(),
         Codec::Zstd => decompress(stored, chunk.decoded_bytes)?,
-        Codec::ZstdPlanes => join_planes(&decompress(stored, chunk.decoded_bytes)?, word),
+        Codec::ZstdPlanes if word > 1 => {
+            join_planes(&decompress(stored, chunk.decoded_bytes)?, word)
+        }
+        Codec::ZstdPlanes => {
+            return Err(Error::Invalid {
+                what: "codec of the metadata",
+                offset: chunk.offset,
+            });
+        }
     };
     if decoded.len() == chunk.decoded_bytes {
         Ok(decoded)
@@ -302,7 +308,7 @@ struct GridHeader {
 impl GridHeader {
     fn load(self, bytes: &[u8], chunk: &Chunk) -> Result<Grid, Error> {
         let word = self.encoding.bytes();
-        // At most 2 · 1024⁴ · 4.
+        // At most 1024⁴ · 2 · 4 = 2⁴³.
         let expected = self
             .axes
             .iter()
@@ -481,16 +487,16 @@ impl Reader<'_> {
         let within = |limit: f64| move |x: f64| x.abs() <= limit;
         let unit = |x: f64| (0.0..=1.0).contains(&x);
         let direction = self.f64_where("direction of a thread", within(7.0))?;
-        let coverage = self.f64_where("coverage", |x| x > 0.0 && x <= 1.0)?;
+        let coverage = self.f64_where("coverage", |x| x > 0.0 && limits::COVERAGE.contains(&x))?;
         let mut albedo = [0.0; 3];
         for channel in &mut albedo {
-            *channel = self.f64_where("albedo", |x| x >= 0.0)?;
+            *channel = self.f64_where("albedo", |x| limits::ALBEDO.contains(&x))?;
         }
         let optics = Optics {
-            eta: self.f64_where("eta", |x| x >= 1.0)?,
+            eta: self.f64_where("eta", |x| limits::ETA.contains(&x))?,
             k_d: self.f64_where("k_d", unit)?,
-            gamma_s: self.f64_where("gamma_s", |x| x > 0.0)?,
-            gamma_v: self.f64_where("gamma_v", |x| x > 0.0)?,
+            gamma_s: self.f64_where("gamma_s", |x| limits::GAMMA.contains(&x))?,
+            gamma_v: self.f64_where("gamma_v", |x| limits::GAMMA.contains(&x))?,
         };
         let quarter = within(core::f64::consts::FRAC_PI_2 + 1e-9);
         let (mut tilts, mut segments) = (Vec::new(), Vec::new());
@@ -502,7 +508,8 @@ impl Reader<'_> {
         }
         for _ in 0..self.count("number of segments", 0..=MAX_PARTS)? {
             let from = self.f64_where("start of a segment", quarter)?;
-            let to = self.f64_where("end of a segment", |x| quarter(x) && x > from)?;
+            let to =
+                self.f64_where("end of a segment", |x| quarter(x) && x as f32 > from as f32)?;
             segments.push((from, to, self.f64_where("weight of a segment", unit)?));
         }
         let weights = tilts

@@ -3,18 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use sateen::bake::{Preset, Provenance, Settings, bake};
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
 use sateen::progress::Progress;
+use sateen::table::Table;
 use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::BakeArgs;
-use crate::output::{Bar, Output, bytes, error_lines, print, print_json, use_threads};
+use crate::output::{Bar, Output, Usage, bytes, error_lines, print, print_json, use_threads};
 use crate::subject::load_fabric;
 
-pub(crate) fn run(args: &BakeArgs, quiet: bool) -> Result<Outcome> {
+pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     use_threads(args.jobs)?;
     let fabrics: Vec<Fabric> = if args.all {
         LIBRARY.iter().map(LibraryEntry::load).collect()
@@ -29,7 +30,7 @@ pub(crate) fn run(args: &BakeArgs, quiet: bool) -> Result<Outcome> {
         .collect::<Result<_>>()?;
     let settings = settings(args);
 
-    let mut bar = Bar::new(fabrics.len(), quiet);
+    let mut bar = Bar::new(fabrics.len());
     let mut results = Vec::new();
     for ((fabric, path), output) in fabrics.iter().zip(&paths).zip(&outputs) {
         bar.begin(&fabric.name);
@@ -38,6 +39,8 @@ pub(crate) fn run(args: &BakeArgs, quiet: bool) -> Result<Outcome> {
         let interrupted = || format!("{} was not written", path.display());
         let table = bake(fabric, &settings, Progress::new(&report)).with_context(interrupted)?;
         let file = table.to_bytes().with_context(interrupted)?;
+        // Its own reader has the last word: nothing is written that cannot be loaded.
+        Table::from_bytes(&file).with_context(interrupted)?;
         output.write(&file)?;
         let seconds = start.elapsed().as_secs_f64();
         let error = Provenance::of(&table)
@@ -90,22 +93,26 @@ fn output_paths(fabrics: &[Fabric], output: Option<&Path>) -> Result<Vec<PathBuf
         None => Path::new(""),
         Some(path) if path.is_dir() || path.as_os_str().to_string_lossy().ends_with('/') => path,
         Some(path) if fabrics.len() == 1 => return Ok(vec![path.to_owned()]),
-        Some(path) if path.exists() => bail!(
-            "-o {}: {} tables need a folder, but this is a file",
-            path.display(),
-            fabrics.len()
-        ),
+        Some(path) if path.exists() => {
+            let message = format!(
+                "-o {}: {} tables need a folder, but this is a file",
+                path.display(),
+                fabrics.len()
+            );
+            return Err(Usage(message).into());
+        }
         Some(path) => path,
     };
     let mut paths: Vec<PathBuf> = Vec::new();
     for fabric in fabrics {
         let path = folder.join(file_name(fabric));
         if paths.contains(&path) {
-            bail!(
+            let message = format!(
                 "two fabrics are called {}, and both would be {}",
                 fabric.name,
                 path.display()
             );
+            return Err(Usage(message).into());
         }
         paths.push(path);
     }

@@ -5,31 +5,29 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use csv::{ReaderBuilder, StringRecord, Trim, WriterBuilder};
+use csv::{ReaderBuilder, StringRecord, WriterBuilder};
 use rayon::prelude::*;
-use sateen::brdf::ThreadResponse;
+use sateen::brdf::{Components, ThreadResponse};
 use sateen::math::normalized;
-use sateen::model::{Components, Rule, Sadeghi};
+use sateen::model::{Rule, Sadeghi};
 use sateen::table::Table;
 
 use crate::Outcome;
 use crate::args::{EvalArgs, Evaluator};
-use crate::output::{Output, check_interrupt, print, talk};
+use crate::output::{Output, Usage, print, say};
 use crate::subject::{Subject, provenance};
 
 const COLUMNS: [&str; 6] = ["wi_x", "wi_y", "wi_z", "wr_x", "wr_y", "wr_z"];
 /// Directions further from unit length than this are worth a word.
 const UNIT_TOLERANCE: f64 = 1e-3;
-/// Rows evaluated between two looks at whether to stop.
-const BATCH: usize = 4096;
 
-pub(crate) fn run(args: &EvalArgs, quiet: bool) -> Result<Outcome> {
-    let output = args.output.as_deref().map(Output::prepare).transpose()?;
+pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     let subject = Subject::load(&args.subject, args.variant.as_deref())?;
     let source = Source::new(subject, args)?;
+    let output = args.output.as_deref().map(Output::prepare).transpose()?;
     let input = read_pairs(&args.pairs)?;
-    if input.not_unit > 0 && !quiet {
-        talk(&format!(
+    if input.not_unit > 0 {
+        say(&format!(
             "{} directions were not of unit length and have been normalized",
             input.not_unit
         ));
@@ -49,19 +47,18 @@ pub(crate) fn run(args: &EvalArgs, quiet: bool) -> Result<Outcome> {
         header.push_field(channel);
     }
     writer.write_record(&header)?;
-    for rows in input.rows.chunks(BATCH) {
-        check_interrupt()?;
-        let values: Vec<Vec<f64>> = rows
-            .par_iter()
-            .map(|row| source.values(row.wi, row.wr, args.components))
-            .collect();
-        for (row, values) in rows.iter().zip(values) {
-            let mut record = row.record.clone();
-            for value in values {
-                record.push_field(&value.to_string());
-            }
-            writer.write_record(&record)?;
+    let values: Vec<Vec<f64>> = input
+        .rows
+        .par_iter()
+        .map(|row| source.values(row.wi, row.wr, args.components))
+        .collect();
+    for (row, values) in input.rows.iter().zip(values) {
+        let mut record = row.record.clone();
+        for value in values {
+            // As short as it can be and still be read back exactly.
+            record.push_field(&format!("{value:?}"));
         }
+        writer.write_record(&record)?;
     }
     let text = writer.into_inner().map_err(|error| error.into_error())?;
     match output {
@@ -87,31 +84,37 @@ enum Evaluation {
 
 impl Source {
     fn new(subject: Subject, args: &EvalArgs) -> Result<Self> {
-        let (table, fabric) = match subject {
-            Subject::Fabric(fabric) => (None, fabric),
-            Subject::Table(table) => {
-                let (_, fabric) = provenance(&table, Path::new(&args.subject))?;
-                (Some(table), fabric)
+        let (evaluation, threads) = match (subject, args.evaluator) {
+            (Subject::Table(table), None | Some(Evaluator::Table)) => {
+                let threads = table
+                    .threads()
+                    .iter()
+                    .map(|thread| thread.name().to_owned())
+                    .collect();
+                (Evaluation::Table(table), threads)
             }
-        };
-        let threads: Vec<String> = fabric
-            .visible_threads()
-            .map(|thread| thread.name.clone())
-            .collect();
-        let rule = match (args.evaluator, &table) {
-            (Some(Evaluator::Table), None) => {
-                bail!(
+            (Subject::Fabric(_), Some(Evaluator::Table)) => {
+                let message = format!(
                     "--evaluator table needs a table, but {} is a fabric; bake it first",
                     args.subject
-                )
+                );
+                return Err(Usage(message).into());
             }
-            (Some(Evaluator::Table) | None, Some(_)) => None,
-            (Some(Evaluator::Midpoint(count)), _) => Some(Rule::Midpoint(count)),
-            (Some(Evaluator::Reference), _) | (None, None) => Some(Rule::REFERENCE),
-        };
-        let evaluation = match (table, rule) {
-            (Some(table), None) => Evaluation::Table(table),
-            (_, rule) => Evaluation::Direct(Sadeghi::new(&fabric, rule.unwrap_or(Rule::REFERENCE))),
+            (subject, evaluator) => {
+                let fabric = match subject {
+                    Subject::Fabric(fabric) => fabric,
+                    Subject::Table(table) => provenance(&table, Path::new(&args.subject))?.1,
+                };
+                let rule = match evaluator {
+                    Some(Evaluator::Midpoint(count)) => Rule::Midpoint(count),
+                    _ => Rule::REFERENCE,
+                };
+                let threads: Vec<String> = fabric
+                    .visible_threads()
+                    .map(|thread| thread.name.clone())
+                    .collect();
+                (Evaluation::Direct(Sadeghi::new(&fabric, rule)), threads)
+            }
         };
         let mut columns = vec!["warp".to_owned(), "weft".to_owned()];
         columns.extend(
@@ -129,17 +132,10 @@ impl Source {
 
     /// The columns to append.
     fn values(&self, wi: [f64; 3], wr: [f64; 3], components: bool) -> Vec<f64> {
+        let single = |w: [f64; 3]| w.map(|x| x as f32);
         let Components { threads, q, rho } = match &self.evaluation {
             Evaluation::Direct(model) => model.components(wi, wr),
-            Evaluation::Table(table) => {
-                let (wi, wr) = (wi.map(|x| x as f32), wr.map(|x| x as f32));
-                let (threads, q) = table.components(wi, wr);
-                Components {
-                    threads: threads.map(|thread| thread.cast()).collect(),
-                    q: f64::from(q),
-                    rho: table.eval_cos(wi, wr).map(f64::from),
-                }
-            }
+            Evaluation::Table(table) => table.components(single(wi), single(wr)).cast(),
         };
         let mut values = Vec::new();
         if components {
@@ -178,11 +174,18 @@ fn read_pairs(path: &Path) -> Result<Pairs> {
     } else {
         Box::new(File::open(path).with_context(cannot)?)
     };
-    let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(input);
+    let mut reader = ReaderBuilder::new().from_reader(input);
     let header = reader.headers().with_context(cannot)?.clone();
+    let places_of = |name: &str| {
+        let places = header
+            .iter()
+            .enumerate()
+            .filter(|(_, column)| column.trim() == name);
+        places.map(|(place, _)| place).collect::<Vec<usize>>()
+    };
     let missing: Vec<&str> = COLUMNS
         .into_iter()
-        .filter(|name| !header.iter().any(|column| column == *name))
+        .filter(|name| places_of(name).is_empty())
         .collect();
     if !missing.is_empty() {
         bail!(
@@ -191,12 +194,10 @@ fn read_pairs(path: &Path) -> Result<Pairs> {
             missing.join(", ")
         );
     }
-    let places = COLUMNS.map(|name| {
-        header
-            .iter()
-            .position(|column| column == name)
-            .expect("none is missing")
-    });
+    if let Some(twice) = COLUMNS.into_iter().find(|name| places_of(name).len() > 1) {
+        bail!("{}: there are several columns {twice}", path.display());
+    }
+    let places = COLUMNS.map(|name| places_of(name)[0]);
 
     let (mut rows, mut not_unit) = (Vec::new(), 0);
     for record in reader.records() {
@@ -204,7 +205,7 @@ fn read_pairs(path: &Path) -> Result<Pairs> {
         let line = record.position().map_or(0, csv::Position::line);
         let mut numbers = [0.0; 6];
         for ((number, place), name) in numbers.iter_mut().zip(places).zip(COLUMNS) {
-            let text = record.get(place).unwrap_or_default();
+            let text = record.get(place).unwrap_or_default().trim();
             *number = match text.parse::<f64>() {
                 Ok(number) if number.is_finite() => number,
                 _ => bail!(
@@ -229,9 +230,6 @@ fn read_pairs(path: &Path) -> Result<Pairs> {
         let [a, b, c, d, e, f] = numbers;
         let (wi, wr) = (unit("wi", [a, b, c])?, unit("wr", [d, e, f])?);
         rows.push(Row { record, wi, wr });
-        if rows.len() % BATCH == 0 {
-            check_interrupt()?;
-        }
     }
     Ok(Pairs {
         header,

@@ -79,9 +79,9 @@ fn grid_text(grid: &Grid) -> String {
     };
     let axes: Vec<String> = grid.axes().iter().zip(names).map(axis).collect();
     let fold = if grid.is_folded() {
-        ", folded at psi = 0 (both ends look the same)"
+        format!(", folded at {} = 0 (both ends look the same)", names[0])
     } else {
-        ""
+        String::new()
     };
     format!(
         "grid {} as {}, {}{fold}",

@@ -25,22 +25,24 @@ enum Outcome {
 
 fn main() -> ExitCode {
     let args = Args::parse();
-    output::stop_on_interrupt();
-    let quiet = args.quiet;
+    output::be_quiet(args.quiet);
     let result = match args.verb {
         Verb::Fabrics(args) => fabrics::run(&args),
-        Verb::Bake(args) => bake::run(&args, quiet),
+        Verb::Bake(args) => bake::run(&args),
         Verb::Info(args) => info::run(&args),
-        Verb::Eval(args) => eval::run(&args, quiet),
-        Verb::Validate(args) => validate::run(&args, quiet),
+        Verb::Eval(args) => eval::run(&args),
+        Verb::Validate(args) => validate::run(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::OutOfTolerance) => ExitCode::from(3),
-        Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             output::talk(&format!("error: {error:#}"));
-            ExitCode::FAILURE
+            if error.is::<output::Usage>() {
+                ExitCode::from(2)
+            } else {
+                ExitCode::FAILURE
+            }
         }
     }
 }

@@ -12,9 +12,23 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sateen::metrics::{ErrorReport, Quantiles};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// From now on Ctrl-C, SIGTERM and SIGHUP make long work end early with an error; a second one ends it at once.
-pub(crate) fn stop_on_interrupt() {
+/// Whether to keep from [`say`]ing anything and from showing bars.
+pub(crate) fn be_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// Says something that is no error, unless told to be quiet.
+pub(crate) fn say(text: &str) {
+    if !QUIET.load(Ordering::Relaxed) {
+        talk(text);
+    }
+}
+
+/// From now on Ctrl-C, SIGTERM and SIGHUP make work that reports to a [`Bar`] end early with an error; a second one ends
+/// it at once.
+fn stop_on_interrupt() {
     let handler = || {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(1);
@@ -24,27 +38,35 @@ pub(crate) fn stop_on_interrupt() {
     let _ = ctrlc::set_handler(handler);
 }
 
-/// Says something to the person at the terminal.
-#[expect(clippy::print_stderr, reason = "the one place where the tool talks")]
+/// A fault of the command line that only shows once its files are read: exit status 2.
+#[derive(Debug)]
+pub(crate) struct Usage(pub(crate) String);
+
+impl std::fmt::Display for Usage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Usage {}
+
+/// Says something to the person at the terminal, if one is there.
 pub(crate) fn talk(text: &str) {
-    eprintln!("sateen: {text}");
+    let _ = writeln!(io::stderr(), "sateen: {text}");
 }
 
-pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| {
-        cause
-            .downcast_ref::<io::Error>()
-            .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
-    })
-}
-
-/// Writes text to stdout.
+/// Writes text to stdout. A reader that has seen enough is no error: work and exit status go on.
 pub(crate) fn print(text: &str) -> Result<()> {
     let mut stdout = io::stdout().lock();
-    stdout
+    match stdout
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
-        .context("cannot write to stdout")
+    {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(error).context("cannot write to stdout")
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Prints a value as JSON.
@@ -64,7 +86,19 @@ pub(crate) struct Output {
 impl Output {
     /// Makes sure, before any work, that `path` can be written: missing folders are made.
     pub(crate) fn prepare(path: &Path) -> Result<Self> {
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        if path == Path::new("-") {
+            return Err(Usage("-o - is not supported; name a file".to_owned()).into());
+        }
+        let is_link = fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
+        let target = match fs::canonicalize(path) {
+            Ok(target) => target,
+            Err(error) if is_link => {
+                return Err(error).with_context(|| {
+                    format!("cannot write {}: the link leads nowhere", path.display())
+                });
+            }
+            Err(_) => path.to_owned(),
+        };
         let found = fs::metadata(&target);
         let is_special = found
             .as_ref()
@@ -142,9 +176,10 @@ pub(crate) struct Bar {
 const STEPS_PER_PIECE: u64 = 1000;
 
 impl Bar {
-    pub(crate) fn new(count: usize, quiet: bool) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
+        stop_on_interrupt();
         let bar = ProgressBar::new(count as u64 * STEPS_PER_PIECE);
-        if quiet || !io::stderr().is_terminal() {
+        if QUIET.load(Ordering::Relaxed) || !io::stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         } else {
             bar.enable_steady_tick(Duration::from_millis(250));
@@ -186,15 +221,6 @@ impl Bar {
 impl Drop for Bar {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
-    }
-}
-
-/// Fails after an interrupt, for work that reports no progress.
-pub(crate) fn check_interrupt() -> Result<()> {
-    if INTERRUPTED.load(Ordering::Relaxed) {
-        Err(sateen::progress::Cancelled.into())
-    } else {
-        Ok(())
     }
 }
 

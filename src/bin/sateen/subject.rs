@@ -1,15 +1,20 @@
 //! FABRIC and TABLE arguments.
 
-use std::fs;
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use sateen::bake::Provenance;
 use sateen::fabric::{Fabric, nearest_name};
-use sateen::table::Table;
+use sateen::table::{MAX_DECODED_BYTES, Table};
+
+use crate::output::{Usage, say};
 
 /// No fabric takes more; keeps a mistyped path to a film from being read whole.
 const MAX_TOML_BYTES: u64 = 1 << 20;
+/// Nor does a table: its samples, and as much again for the case that they do not compress.
+const MAX_TABLE_BYTES: u64 = 2 * MAX_DECODED_BYTES;
 
 /// What an argument names.
 pub(crate) enum Subject {
@@ -20,20 +25,25 @@ pub(crate) enum Subject {
 impl Subject {
     /// A library name, a TOML file or a table.
     pub(crate) fn load(argument: &str, variant: Option<&str>) -> Result<Self> {
-        let is_table = Fabric::from_library(argument).is_none()
-            && (argument.ends_with(".sateen")
-                || fs::File::open(argument).is_ok_and(|mut file| {
-                    let mut first = [0];
-                    std::io::Read::read(&mut file, &mut first).is_ok_and(|count| count == 1)
-                        && first == [0x89]
-                }));
-        if is_table {
-            if variant.is_some() {
-                bail!("--variant chooses among a TOML file's albedos, but {argument} is a table");
+        if Fabric::from_library(argument).is_some() || !Path::new(argument).exists() {
+            if argument.ends_with(".sateen") {
+                read(argument, MAX_TABLE_BYTES)?;
             }
-            load_table(Path::new(argument)).map(|(table, _)| Self::Table(Box::new(table)))
+            return load_fabric(argument, variant).map(Self::Fabric);
+        }
+        let bytes = read(argument, MAX_TABLE_BYTES)?;
+        if bytes.first() == Some(&0x89) || argument.ends_with(".sateen") {
+            if variant.is_some() {
+                let message = format!(
+                    "--variant chooses among a TOML file's albedos, but {argument} is a table"
+                );
+                return Err(Usage(message).into());
+            }
+            let table = Table::from_bytes(&bytes)
+                .with_context(|| format!("cannot read the table {argument}"))?;
+            Ok(Self::Table(Box::new(table)))
         } else {
-            load_fabric(argument, variant).map(Self::Fabric)
+            parse_fabric(&bytes, argument, variant).map(Self::Fabric)
         }
     }
 }
@@ -61,21 +71,38 @@ pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabri
             ),
         }
     }
-    let cannot = || format!("cannot read the fabric {argument}");
-    let size = fs::metadata(path).with_context(cannot)?.len();
-    if size > MAX_TOML_BYTES {
-        bail!(
-            "cannot read the fabric {argument}: {size} bytes are too many for a TOML file of parameters"
-        );
+    parse_fabric(&read(argument, MAX_TOML_BYTES)?, argument, variant)
+}
+
+fn parse_fabric(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<Fabric> {
+    let text = std::str::from_utf8(bytes)
+        .with_context(|| format!("cannot read the fabric {argument}: it is not text"))?;
+    let fabric = Fabric::from_toml(text, argument, variant)?;
+    if let (None, Some(chosen)) = (variant, &fabric.variant) {
+        say(&format!(
+            "{argument} names several albedos; this is {chosen} (--variant chooses)"
+        ));
     }
-    let text = fs::read_to_string(path).with_context(cannot)?;
-    Ok(Fabric::from_toml(&text, argument, variant)?)
+    Ok(fabric)
+}
+
+/// A file's bytes, at most `limit`.
+fn read(path: &str, limit: u64) -> Result<Vec<u8>> {
+    let cannot = || format!("cannot read {path}");
+    let mut bytes = Vec::new();
+    let file = File::open(path).with_context(cannot)?;
+    file.take(limit + 1)
+        .read_to_end(&mut bytes)
+        .with_context(cannot)?;
+    if bytes.len() as u64 > limit {
+        bail!("cannot read {path}: it has more than {limit} bytes, more than any fabric or table");
+    }
+    Ok(bytes)
 }
 
 /// A table and the length of its file.
 pub(crate) fn load_table(path: &Path) -> Result<(Table, usize)> {
-    let bytes =
-        fs::read(path).with_context(|| format!("cannot read the table {}", path.display()))?;
+    let bytes = read(&path.to_string_lossy(), MAX_TABLE_BYTES)?;
     let table = Table::from_bytes(&bytes)
         .with_context(|| format!("cannot read the table {}", path.display()))?;
     Ok((table, bytes.len()))
@@ -86,5 +113,12 @@ pub(crate) fn provenance(table: &Table, name: &Path) -> Result<(Provenance, Fabr
     let cannot = || format!("cannot understand the metadata of {}", name.display());
     let provenance = Provenance::of(table).with_context(cannot)?;
     let fabric = provenance.fabric.parse().with_context(cannot)?;
+    let named = fabric.visible_threads().map(|thread| thread.name.as_str());
+    if !named.eq(table.threads().iter().map(|thread| thread.name())) {
+        bail!(
+            "the metadata of {} speak of other threads than its tables",
+            name.display()
+        );
+    }
     Ok((provenance, fabric))
 }

@@ -10,7 +10,7 @@ use crate::args::ValidateArgs;
 use crate::output::{Bar, bytes, error_lines, print, print_json, talk, use_threads};
 use crate::subject::{load_table, provenance};
 
-pub(crate) fn run(args: &ValidateArgs, quiet: bool) -> Result<Outcome> {
+pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     use_threads(args.jobs)?;
     let mut tables = Vec::new();
     for path in &args.tables {
@@ -19,7 +19,7 @@ pub(crate) fn run(args: &ValidateArgs, quiet: bool) -> Result<Outcome> {
         tables.push((path, table, file_bytes, fabric));
     }
 
-    let mut bar = Bar::new(tables.len(), quiet);
+    let mut bar = Bar::new(tables.len());
     let mut results = Vec::new();
     let mut exceeded = Vec::new();
     for (path, table, file_bytes, fabric) in &tables {
@@ -28,11 +28,11 @@ pub(crate) fn run(args: &ValidateArgs, quiet: bool) -> Result<Outcome> {
         let error = measure(
             fabric,
             &Baked(table),
-            args.pairs.get(),
+            args.pairs as usize,
             args.seed,
             Progress::new(&report),
         )?;
-        if let Some(limit) = args.max_error.filter(|limit| error.all.mean > *limit) {
+        if let Some(limit) = args.max_error.filter(|limit| !(error.all.mean <= *limit)) {
             let mean = 100.0 * error.all.mean;
             exceeded.push(format!(
                 "{}: mean error {mean:.3} % exceeds {} %",
