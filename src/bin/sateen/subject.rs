@@ -52,9 +52,8 @@ impl Subject {
 pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabric> {
     if let Some(fabric) = Fabric::from_library(argument) {
         if variant.is_some() {
-            bail!(
-                "--variant is for TOML files; the library's names end in theirs, as polka-dot-lining-pink"
-            );
+            let message = "--variant is for TOML files; the library's names end in theirs, as polka-dot-lining-pink";
+            return Err(Usage(message.to_owned()).into());
         }
         return Ok(fabric);
     }
