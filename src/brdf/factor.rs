@@ -16,6 +16,15 @@
 //! Where the visible tilts shrink to a sliver of width ε, p runs linearly from 0 to ε across it and M P is a mean of p²:
 //! p̄ p̃ = (ε²/2)(2ε/3) = ε³/3 is that mean exactly, and S/F stays bounded. With separate means of p_i and p_r, S/F
 //! would tend to 0 where light and viewer see different parts of the thread, and to infinity at the sliver.
+//!
+//! What the factors buy, mean error of ρ with F = 1 and with F, grids of cubic interpolation and √ encoding:
+//!
+//! | | at most 4 MiB | at most 512 KiB |
+//! |---|---|---|
+//! | denim | 0.118 % → 0.073 % | 0.53 % → 0.26 % |
+//! | polka-dot lining, pink | 0.245 % → 0.277 % | 2.1 % → 1.3 % |
+//! | corduroy | 0.194 % → 0.169 % | – |
+//! | velvet | 1.65 % → 0.63 % | 5.8 % → 1.9 % |
 
 use super::cylinder::{blend, correlation};
 use super::{Optics, Response, TangentCurve, ThreadPair, fresnel};

@@ -23,6 +23,10 @@ pub struct Grid {
 
 /// S and V.
 pub(crate) const CHANNELS: usize = 2;
+/// Samples that are read along the sharp axis.
+const ROW: usize = 4 * CHANNELS;
+/// Rows that are read for a value, at most: four nodes on each of the other axes.
+const MAX_ROWS: usize = 4 * 4 * 4;
 
 impl Grid {
     /// The chart that the axes are of.
@@ -63,7 +67,7 @@ impl Grid {
             Samples::F32(samples) => {
                 self.interpolate(&stencils, samples, |from, to| to.copy_from_slice(from))
             }
-            // By slices: the conversion looks up once per call which instructions there are.
+            // As one slice: the conversion looks up once per call which instructions there are.
             Samples::F16(samples) => {
                 self.interpolate(&stencils, samples, |from, to| from.convert_to_f32_slice(to))
             }
@@ -71,19 +75,20 @@ impl Grid {
         [0, 1].map(|channel| self.scale[channel] * self.encoding.decode(sums[channel]))
     }
 
+    /// Gathers the stencils' samples, converts them all at once, and sums up axis by axis, the sharp one last.
     #[inline(always)]
-    fn interpolate<T>(
+    fn interpolate<T: Copy + Default>(
         &self,
         stencils: &[Stencil; 4],
         samples: &[T],
-        load: impl Fn(&[T], &mut [f32]),
-    ) -> [f32; 2] {
+        convert: impl Fn(&[T], &mut [f32]),
+    ) -> [f32; CHANNELS] {
         let [n0, n1, n2, _] = self.axes.each_ref().map(Axis::len);
         let taps = self.axes.each_ref().map(Axis::taps);
-        // Per node of the sharp axis and channel, summed over the other axes.
-        let mut sums = [0.0; 4 * CHANNELS];
-        let mut row = [0.0; 4 * CHANNELS];
         let length = CHANNELS * taps[0];
+        let mut gathered = [T::default(); MAX_ROWS * ROW];
+        let mut weights = [0.0; MAX_ROWS];
+        let mut rows = 0;
         for d in 0..taps[3] {
             for c in 0..taps[2] {
                 let plane = (stencils[3].first + d) * n2 + stencils[2].first + c;
@@ -91,19 +96,27 @@ impl Grid {
                 for b in 0..taps[1] {
                     let start =
                         CHANNELS * ((plane * n1 + stencils[1].first + b) * n0 + stencils[0].first);
-                    let weight = plane_weight * stencils[1].weights[b];
-                    load(&samples[start..start + length], &mut row[..length]);
-                    for (sum, sample) in sums.iter_mut().zip(row) {
-                        *sum += weight * sample;
-                    }
+                    gathered[ROW * rows..ROW * rows + length]
+                        .copy_from_slice(&samples[start..start + length]);
+                    weights[rows] = plane_weight * stencils[1].weights[b];
+                    rows += 1;
                 }
             }
         }
-        let along_sharp = |channel: usize| {
-            (0..4)
-                .map(|a| stencils[0].weights[a] * sums[CHANNELS * a + channel])
-                .sum()
-        };
-        [along_sharp(0), along_sharp(1)]
+        let mut values = [0.0; MAX_ROWS * ROW];
+        convert(&gathered[..ROW * rows], &mut values[..ROW * rows]);
+        let mut sums = [0.0; ROW];
+        for (row, weight) in values.chunks_exact(ROW).zip(&weights[..rows]) {
+            for (sum, value) in sums.iter_mut().zip(row) {
+                *sum += weight * value;
+            }
+        }
+        let mut result = [0.0; CHANNELS];
+        for (node, weight) in sums.chunks_exact(CHANNELS).zip(stencils[0].weights) {
+            for (result, sum) in result.iter_mut().zip(node) {
+                *result += weight * sum;
+            }
+        }
+        result
     }
 }

@@ -2,6 +2,10 @@
 //!
 //! A [`Table`] has the parameters of a fabric's visible threads and, for each, a [`Grid`] of its smoothly spread tangents;
 //! single tilts are left to their closed form, which is exact and needs no bytes. `FORMAT.md` describes the file.
+//!
+//! A single tilt in a grid is the hardest thing to interpolate: sharp, with the kinks of M and P undamped. Mean error of ρ
+//! with the tilts in a grid of 2 MB and with their closed form: silk crepe de chine 0.51 % → 0.06 %, charmeuse front
+//! 0.53 % → 0.11 %, shot silk 0.44 % → 0.08 %, black T-shirt 0.22 % → 0.04 %, faux suede 1.6 % → 0.
 
 mod axis;
 mod encoding;

@@ -74,6 +74,12 @@ pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabri
 }
 
 fn parse_fabric(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<Fabric> {
+    if bytes.len() as u64 > MAX_TOML_BYTES {
+        bail!(
+            "cannot read the fabric {argument}: {} bytes are more than any fabric has",
+            bytes.len()
+        );
+    }
     let text = std::str::from_utf8(bytes)
         .with_context(|| format!("cannot read the fabric {argument}: it is not text"))?;
     let fabric = Fabric::from_toml(text, argument, variant)?;
