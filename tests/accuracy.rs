@@ -5,9 +5,12 @@ use sateen::fabric::LIBRARY;
 use sateen::progress::Progress;
 use sateen::table::Table;
 
-const MAX_MEAN: f64 = 0.01;
-const MAX_P99: f64 = 0.08;
-const MAX_DECODED_BYTES: usize = 8 << 20;
+/// Mean and 99th percentile of relative error.
+const LIMITS: (f64, f64) = (0.003, 0.025);
+/// Velvet's threads stand almost upright: wherever one looks, most of them hide or end.
+const VELVET_LIMITS: (f64, f64) = (0.008, 0.07);
+/// What the preset promises.
+const MAX_DECODED_BYTES: usize = 4 << 20;
 
 #[test]
 fn standard_tables_of_the_whole_library_keep_their_promise() {
@@ -24,6 +27,11 @@ fn standard_tables_of_the_whole_library_keep_their_promise() {
         );
         let error = Provenance::of(&table).expect("its own metadata").error;
         let (mean, p99) = (error.all.mean, error.all.p99);
+        let limits = if entry.name == "velvet" {
+            VELVET_LIMITS
+        } else {
+            LIMITS
+        };
         println!(
             "{:32} mean {:.3} %  p99 {:.2} %  max {:.1} %  grazing p99 {:.2} %  {} bytes decoded, {} in the file",
             entry.name,
@@ -34,7 +42,7 @@ fn standard_tables_of_the_whole_library_keep_their_promise() {
             table.decoded_bytes(),
             file.len()
         );
-        if !(mean <= MAX_MEAN && p99 <= MAX_P99 && table.decoded_bytes() <= MAX_DECODED_BYTES) {
+        if !(mean <= limits.0 && p99 <= limits.1 && table.decoded_bytes() <= MAX_DECODED_BYTES) {
             failures.push(entry.name);
         }
     }

@@ -96,8 +96,12 @@ impl Grid {
                 for b in 0..taps[1] {
                     let start =
                         CHANNELS * ((plane * n1 + stencils[1].first + b) * n0 + stencils[0].first);
-                    gathered[ROW * rows..ROW * rows + length]
-                        .copy_from_slice(&samples[start..start + length]);
+                    let (from, to) = (&samples[start..start + length], &mut gathered[ROW * rows..]);
+                    // Four nodes are the rule: a copy of known length needs no call.
+                    match <&[T; ROW]>::try_from(from) {
+                        Ok(row) => to[..ROW].copy_from_slice(row),
+                        Err(_) => to[..length].copy_from_slice(from),
+                    }
                     weights[rows] = plane_weight * stencils[1].weights[b];
                     rows += 1;
                 }
