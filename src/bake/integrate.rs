@@ -1,7 +1,7 @@
 //! The function that a grid samples: S/F_S and V/F_V of one thread's segments.
 
 use crate::brdf::{Factors, Optics, Response, TangentCurve, ThreadPair};
-use crate::chart::Chart;
+use crate::chart::{Chart, fold_ends};
 use crate::fabric::{Fabric, Thread};
 use crate::math::Vec3;
 use crate::model::mean_response;
@@ -101,13 +101,11 @@ impl Integrand {
 
     /// Where a pair in thread coordinates is looked up.
     pub(super) fn coordinates(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> [f64; 4] {
-        let turn = |w: Vec3<f64>| {
-            if self.folded && wi[0] + wr[0] < 0.0 {
-                [-w[0], w[1], w[2]]
-            } else {
-                w
-            }
+        let (wi, wr) = if self.folded {
+            fold_ends(wi, wr)
+        } else {
+            (wi, wr)
         };
-        self.chart.coordinates(turn(wi), turn(wr))
+        self.chart.coordinates(wi, wr)
     }
 }

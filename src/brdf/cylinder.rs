@@ -99,7 +99,7 @@ fn gaussian<R: Real>(sigma: R, x: R) -> R {
 
 /// u: Gaussian of unit height and standard deviation `sigma`, from the half-angle sine and cosine of the angle.
 #[inline(always)]
-pub(super) fn correlation<R: Real>(sigma: R, sin_half: R, cos_half: R) -> R {
+fn correlation<R: Real>(sigma: R, sin_half: R, cos_half: R) -> R {
     let t = R::of(2.0) * sin_half.atan2(cos_half) / sigma;
     (R::of(-0.5) * t * t).exp()
 }
@@ -108,6 +108,16 @@ pub(super) fn correlation<R: Real>(sigma: R, sin_half: R, cos_half: R) -> R {
 #[inline(always)]
 pub(super) fn blend<R: Real>(u: R, a: R, b: R) -> R {
     (R::one() - u) * a * b + u * a.min(b)
+}
+
+/// M, 3.22, and cos(φ_d/2) for azimuths given as (sin φ, cos φ), both cosines positive.
+#[inline(always)]
+pub(super) fn masking<R: Real>(sigma_u: R, phi_i: (R, R), phi_r: (R, R)) -> (R, R) {
+    let half = R::of(0.5);
+    let cos_half_phi_d = half * norm2(phi_i.0 + phi_r.0, phi_i.1 + phi_r.1);
+    let sin_half_phi_d = half * norm2(phi_i.0 - phi_r.0, phi_i.1 - phi_r.1);
+    let u = correlation(sigma_u, sin_half_phi_d, cos_half_phi_d);
+    (blend(u, phi_i.1, phi_r.1), cos_half_phi_d)
 }
 
 /// A pair of directions in the frame of an untilted thread, with what does not change when the thread tilts.
@@ -190,7 +200,6 @@ impl<R: Real> ThreadPair<R> {
         if !(z_i > R::zero() && z_r > R::zero()) {
             return Response::zero();
         }
-        let half = R::of(0.5);
         let (cos_i, cos_r) = (norm2(y_i, z_i), norm2(y_r, z_r));
         let (x_sum, cos_sum) = (x_i + x_r, cos_i + cos_r);
         let theta_h = x_sum.atan2(cos_sum);
@@ -198,14 +207,7 @@ impl<R: Real> ThreadPair<R> {
 
         let (sin_phi_i, m_i) = (y_i / cos_i, z_i / cos_i);
         let (sin_phi_r, m_r) = (y_r / cos_r, z_r / cos_r);
-        let cos_half_phi_d = half * norm2(sin_phi_i + sin_phi_r, m_i + m_r);
-        let sin_half_phi_d = half * norm2(sin_phi_i - sin_phi_r, m_i - m_r);
-
-        let masking = blend(
-            correlation(self.sigma_u, sin_half_phi_d, cos_half_phi_d),
-            m_i,
-            m_r,
-        );
+        let (masking, cos_half_phi_d) = masking(self.sigma_u, (sin_phi_i, m_i), (sin_phi_r, m_r));
         let visibility = blend(self.u_psi, z_i / self.r_i, z_r / self.r_r);
         let common = masking * visibility * cos_i / cos2_theta_d;
 

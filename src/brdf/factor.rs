@@ -26,7 +26,7 @@
 //! | corduroy | 0.194 % → 0.169 % | – |
 //! | velvet | 1.65 % → 0.63 % | 5.8 % → 1.9 % |
 
-use super::cylinder::{blend, correlation};
+use super::cylinder::masking;
 use super::{Optics, Response, TangentCurve, ThreadPair, fresnel};
 use crate::math::{Real, norm2};
 
@@ -65,13 +65,9 @@ impl<R: Real> Factors<R> {
         if !(z_i > R::zero() && z_r > R::zero()) {
             return Response::zero();
         }
-        let half = R::of(0.5);
         let (n_i, n_r) = (norm2(wi[1], z_i), norm2(wr[1], z_r));
-        let (sin_phi_i, m_i) = (wi[1] / n_i, z_i / n_i);
-        let (sin_phi_r, m_r) = (wr[1] / n_r, z_r / n_r);
-        let cos_half = half * norm2(sin_phi_i + sin_phi_r, m_i + m_r);
-        let sin_half = half * norm2(sin_phi_i - sin_phi_r, m_i - m_r);
-        let masking = blend(correlation(pair.sigma_u(), sin_half, cos_half), m_i, m_r);
+        let (phi_i, phi_r) = ((wi[1] / n_i, z_i / n_i), (wr[1] / n_r, z_r / n_r));
+        let (masking, cos_half) = masking(pair.sigma_u(), phi_i, phi_r);
 
         let highlight = -(wi[0] + wr[0]).atan2(wi[2] + wr[2]);
         let tilt =

@@ -16,7 +16,7 @@
 //!
 //! which is not positive at 0 and not negative at π/2; it is found by safeguarded secant steps to the last bit or two.
 
-use super::{Angles, normalized, phi_d_and_h, shared_coordinates, theta_d};
+use super::{Angles, directions_at, normalized, phi_d_and_h, shared_coordinates, theta_d};
 use crate::math::{Real, Vec3};
 
 /// Pair to box; see [`super::Chart::coordinates`].
@@ -51,13 +51,7 @@ pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
             - sin_psi * ((theta_h + theta_d).cos() * cos_i + (theta_h - theta_d).cos() * cos_r)
     });
     let theta_h = if psi < R::zero() { -theta_h } else { theta_h };
-    Angles {
-        theta_h,
-        theta_d: theta_d(u, theta_h),
-        phi_d,
-        phi_h,
-    }
-    .directions()
+    directions_at(u, theta_h)
 }
 
 /// The root of `f` in [a, b], where f(a) ≤ 0 ≤ f(b): regula falsi, halving the weight of an end that stays twice in a

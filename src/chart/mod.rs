@@ -73,6 +73,17 @@ impl Chart {
     }
 }
 
+/// A pair mirrored t → −t, if need be, so that it leans towards t: u₀ ≥ ½ in every chart. For threads that look the same
+/// from both ends.
+#[inline(always)]
+pub fn fold_ends<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
+    if wi[0] + wr[0] < R::zero() {
+        ([-wi[0], wi[1], wi[2]], [-wr[0], wr[1], wr[2]])
+    } else {
+        (wi, wr)
+    }
+}
+
 /// Latitudes and azimuths of a pair, mirrored to φ_h ≥ 0.
 #[derive(Debug, Clone, Copy)]
 struct Angles<R> {
@@ -154,4 +165,17 @@ fn phi_d_and_h<R: Real>(u: [R; 4]) -> (R, R) {
         (R::of(2.0) * u[2] - R::one()) * (R::PI() - R::of(2.0) * phi_h),
         phi_h,
     )
+}
+
+/// Box to pair once θ_h is known.
+fn directions_at<R: Real>(u: [R; 4], theta_h: R) -> (Vec3<R>, Vec3<R>) {
+    let (phi_d, phi_h) = phi_d_and_h(u);
+    let theta_d = theta_d(u, theta_h);
+    Angles {
+        theta_h,
+        theta_d,
+        phi_d,
+        phi_h,
+    }
+    .directions()
 }

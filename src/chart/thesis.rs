@@ -7,7 +7,7 @@
 //! Departure: the thesis' ψ cannot be the fourth coordinate, since it is 0 for every roll at θ = 0 and the map has no
 //! inverse there. The roll of the pair about the thread, φ_h = (φ_i + φ_r)/2, takes its place.
 
-use super::{Angles, normalized, phi_d_and_h, shared_coordinates, theta_d};
+use super::{Angles, directions_at, normalized, shared_coordinates};
 use crate::math::{Real, Vec3};
 
 /// Pair to box; see [`super::Chart::coordinates`].
@@ -21,12 +21,5 @@ pub fn coordinates<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
 /// Box to pair; see [`super::Chart::directions`].
 pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     let theta_h = (R::of(2.0) * u[0] - R::one()) * R::FRAC_PI_2();
-    let (phi_d, phi_h) = phi_d_and_h(u);
-    Angles {
-        theta_h,
-        theta_d: theta_d(u, theta_h),
-        phi_d,
-        phi_h,
-    }
-    .directions()
+    directions_at(u, theta_h)
 }

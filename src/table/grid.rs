@@ -3,7 +3,7 @@
 use half::slice::HalfFloatSliceExt;
 
 use super::{Axis, Encoding, Samples, Stencil};
-use crate::chart::Chart;
+use crate::chart::{Chart, fold_ends};
 
 /// S/F_S and V/F_V of one thread's segments on the nodes of a chart.
 ///
@@ -56,11 +56,12 @@ impl Grid {
 
     /// S/F_S and V/F_V for a pair in thread coordinates.
     #[inline]
-    pub(crate) fn ratios(&self, mut wi: [f32; 3], mut wr: [f32; 3]) -> [f32; 2] {
-        if self.folded && wi[0] + wr[0] < 0.0 {
-            wi[0] = -wi[0];
-            wr[0] = -wr[0];
-        }
+    pub(crate) fn ratios(&self, wi: [f32; 3], wr: [f32; 3]) -> [f32; 2] {
+        let (wi, wr) = if self.folded {
+            fold_ends(wi, wr)
+        } else {
+            (wi, wr)
+        };
         let u = self.chart.coordinates(wi, wr);
         let stencils = [0, 1, 2, 3].map(|k| self.axes[k].stencil(u[k]));
         let sums = match &self.samples {

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::BakeArgs;
-use crate::output::{Bar, Output, Usage, bytes, error_lines, print, print_json, use_threads};
+use crate::output::{Bar, Output, Usage, error_lines, print, print_json, sizes, use_threads};
 use crate::subject::load_fabric;
 
 pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
@@ -56,11 +56,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                 "error": error,
             }));
         } else {
-            let sizes = format!(
-                "{} in memory, {} in the file",
-                bytes(table.decoded_bytes()),
-                bytes(file.len())
-            );
+            let sizes = sizes(table.decoded_bytes(), file.len());
             let text = format!(
                 "{}: {sizes}, {seconds:.1} s\n{}",
                 path.display(),

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::InfoArgs;
-use crate::output::{bytes, error_lines, print, print_json};
+use crate::output::{bytes, error_lines, print, print_json, sizes};
 use crate::subject::{load_table, provenance};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
@@ -37,9 +37,8 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         bytes(settings.max_bytes),
     );
     text += &format!(
-        "  size       {} in memory, {} in the file, format {MAJOR}.{MINOR}\n",
-        bytes(table.decoded_bytes()),
-        bytes(file_bytes)
+        "  size       {}, format {MAJOR}.{MINOR}\n",
+        sizes(table.decoded_bytes(), file_bytes)
     );
     text += &format!("  projection {}\n", name_of(&table.reweighting()));
     for thread in table.threads() {

@@ -242,6 +242,11 @@ pub(crate) fn bytes(count: usize) -> String {
     }
 }
 
+/// What a table takes, for people.
+pub(crate) fn sizes(decoded: usize, file: usize) -> String {
+    format!("{} in memory, {} in the file", bytes(decoded), bytes(file))
+}
+
 /// The error of a table, for people.
 pub(crate) fn error_lines(error: &ErrorReport) -> String {
     let percent = |x: f64| format!("{:.3} %", 100.0 * x);

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::ValidateArgs;
-use crate::output::{Bar, bytes, error_lines, print, print_json, talk, use_threads};
+use crate::output::{Bar, error_lines, print, print_json, sizes, talk, use_threads};
 use crate::subject::{load_table, provenance};
 
 pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
@@ -49,11 +49,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
                 "error": error,
             }));
         } else {
-            let sizes = format!(
-                "{} in memory, {} in the file",
-                bytes(table.decoded_bytes()),
-                bytes(*file_bytes)
-            );
+            let sizes = sizes(table.decoded_bytes(), *file_bytes);
             let text = format!(
                 "{}: {}, {sizes}\n{}",
                 path.display(),
