@@ -111,13 +111,13 @@ fn bake_info_and_validate_tell_the_same_story() {
     assert_eq!(info["decoded_bytes"], bake[0]["decoded_bytes"]);
     assert_eq!(info["file_bytes"], fs::metadata(&path).unwrap().len());
     assert_eq!(info["settings"]["preset"], "draft");
-    assert_eq!(info["threads"][0]["grid"]["axes"][0]["name"], "psi");
+    assert_eq!(info["threads"][0]["grid"]["axes"][2]["name"], "phi_d");
     sateen()
         .arg("info")
         .arg(&path)
         .assert()
         .success()
-        .stdout(contains("[Fecho13] table A.1").and(contains("sqrt-f16")));
+        .stdout(contains("[Fecho13] table A.1").and(contains("sqrt-i16")));
     sateen()
         .args(["info", "--toml"])
         .arg(&path)
@@ -299,7 +299,7 @@ fn bad_input_is_explained() {
         ("flipped.sateen", "checksum of the header"),
         (
             "newer.sateen",
-            "format version 9.0, but this sateen reads 1.0",
+            "format version 9.0, but this sateen reads 2.0",
         ),
         ("missing.sateen", "No such file"),
     ] {

@@ -8,7 +8,9 @@ use sateen::chart::Chart;
 use sateen::progress::Progress;
 use sateen::table::{Encoding, Error, MAX_DECODED_BYTES, Table};
 
-/// A table of silk crepe de chine as format 1.0 wrote it: tilts, a grid, a thread of one tilt.
+/// A table of silk crepe de chine as format 2.0 wrote it: tilts, a grid, a thread of one tilt.
+const GOLDEN_2_0: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-2.0.sateen");
+/// Format 1.0 was never released.
 const GOLDEN_1_0: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-1.0.sateen");
 
 fn refused(bytes: &[u8]) -> Error {
@@ -38,7 +40,7 @@ fn first_chunk_entry(bytes: &[u8]) -> usize {
 
 #[test]
 fn golden_tables_of_every_version_stay_readable() {
-    let table = Table::from_bytes(GOLDEN_1_0).unwrap();
+    let table = Table::from_bytes(GOLDEN_2_0).unwrap();
     assert_eq!(table.threads().len(), 2);
     assert_eq!(table.threads()[0].tangents().tilts().len(), 2);
     assert!(table.threads()[0].grid().is_some() && table.threads()[1].grid().is_none());
@@ -48,7 +50,7 @@ fn golden_tables_of_every_version_stay_readable() {
         "silk-crepe-de-chine"
     );
     let rho = table.eval_cos([0.36, 0.48, 0.8], [-0.48, -0.6, 0.64]);
-    let expected = include_str!("data/tables/silk-crepe-de-chine-1.0.txt");
+    let expected = include_str!("data/tables/silk-crepe-de-chine-2.0.txt");
     let expected: Vec<f32> = expected
         .split_whitespace()
         .map(|number| number.parse().unwrap())
@@ -66,11 +68,18 @@ fn golden_tables_of_every_version_stay_readable() {
 }
 
 #[test]
+fn tables_from_before_the_first_release_are_refused_and_say_so() {
+    let error = refused(GOLDEN_1_0);
+    assert_eq!(error, Error::Version { major: 1, minor: 0 });
+    assert!(error.to_string().contains("bake again"), "{error}");
+}
+
+#[test]
 fn every_chart_and_encoding_comes_back_from_its_bytes() {
     for chart in Chart::ALL {
         for encoding in Encoding::ALL {
             let settings = sateen::bake::Settings {
-                chart,
+                chart: Some(chart),
                 encoding,
                 ..tiny()
             };
@@ -110,8 +119,8 @@ fn a_bake_is_the_same_on_any_number_of_threads() {
 
 #[test]
 fn every_prefix_is_refused() {
-    for length in 0..GOLDEN_1_0.len() {
-        let error = refused(&GOLDEN_1_0[..length]);
+    for length in 0..GOLDEN_2_0.len() {
+        let error = refused(&GOLDEN_2_0[..length]);
         assert!(
             matches!(error, Error::Truncated { .. } | Error::NotATable),
             "{length}: {error}"
@@ -121,15 +130,15 @@ fn every_prefix_is_refused() {
 
 #[test]
 fn extra_bytes_are_refused() {
-    for extra in [&[0u8][..], &[1; 64], GOLDEN_1_0] {
-        let error = refused(&[GOLDEN_1_0, extra].concat());
+    for extra in [&[0u8][..], &[1; 64], GOLDEN_2_0] {
+        let error = refused(&[GOLDEN_2_0, extra].concat());
         assert!(matches!(error, Error::TrailingBytes { .. }), "{error}");
     }
 }
 
 #[test]
 fn every_flipped_bit_is_noticed() {
-    let mut bytes = GOLDEN_1_0.to_vec();
+    let mut bytes = GOLDEN_2_0.to_vec();
     for bit in 0..8 * bytes.len() {
         bytes[bit / 8] ^= 1 << (bit % 8);
         assert!(Table::from_bytes(&bytes).is_err(), "bit {bit}");
@@ -143,10 +152,10 @@ fn foreign_files_and_newer_versions_are_told_apart() {
     assert_eq!(refused(b""), Error::NotATable);
     assert_eq!(refused(&[0; 1000]), Error::NotATable);
     for (at, version) in [
-        (8, Error::Version { major: 2, minor: 0 }),
-        (10, Error::Version { major: 1, minor: 1 }),
+        (8, Error::Version { major: 3, minor: 0 }),
+        (10, Error::Version { major: 2, minor: 1 }),
     ] {
-        let mut newer = GOLDEN_1_0.to_vec();
+        let mut newer = GOLDEN_2_0.to_vec();
         newer[at] += 1;
         assert_eq!(refused(&newer), version);
     }
@@ -154,9 +163,9 @@ fn foreign_files_and_newer_versions_are_told_apart() {
 
 #[test]
 fn sizes_that_no_table_has_ask_for_no_memory() {
-    let entry = first_chunk_entry(GOLDEN_1_0);
+    let entry = first_chunk_entry(GOLDEN_2_0);
     let put = |at: usize, value: u64| {
-        with_header(GOLDEN_1_0, |bytes| {
+        with_header(GOLDEN_2_0, |bytes| {
             bytes[at..at + 8].copy_from_slice(&value.to_le_bytes())
         })
     };
@@ -169,7 +178,7 @@ fn sizes_that_no_table_has_ask_for_no_memory() {
         Error::TooLarge {
             bytes: {
                 let samples =
-                    u64::from_le_bytes(GOLDEN_1_0[entry + 48..entry + 56].try_into().unwrap());
+                    u64::from_le_bytes(GOLDEN_2_0[entry + 48..entry + 56].try_into().unwrap());
                 MAX_DECODED_BYTES + samples
             }
         }
@@ -187,13 +196,13 @@ fn sizes_that_no_table_has_ask_for_no_memory() {
 #[test]
 fn chunks_that_wrap_around_the_address_space_are_refused() {
     // The first chunk's length reaches to just below 2⁶⁴, and the second begins at 0, where rounding up would wrap to.
-    let entry = first_chunk_entry(GOLDEN_1_0);
-    let start = u64::from_le_bytes(GOLDEN_1_0[entry..entry + 8].try_into().unwrap());
-    let wrapped = with_header(GOLDEN_1_0, |bytes| {
+    let entry = first_chunk_entry(GOLDEN_2_0);
+    let start = u64::from_le_bytes(GOLDEN_2_0[entry..entry + 8].try_into().unwrap());
+    let wrapped = with_header(GOLDEN_2_0, |bytes| {
         let stored = u64::MAX - start - 10;
         bytes[entry + 8..entry + 16].copy_from_slice(&stored.to_le_bytes());
         bytes[entry + 32..entry + 40].copy_from_slice(&0u64.to_le_bytes());
-        let length = (GOLDEN_1_0.len() as u64).to_le_bytes();
+        let length = (GOLDEN_2_0.len() as u64).to_le_bytes();
         bytes[entry + 40..entry + 48].copy_from_slice(&length);
     });
     assert!(matches!(refused(&wrapped), Error::Truncated { .. }));
@@ -208,11 +217,11 @@ fn a_fabric_changed_behind_its_text_is_not_baked() {
 
 #[test]
 fn every_byte_of_the_header_may_be_anything_without_a_panic() {
-    let length = u32::from_le_bytes(GOLDEN_1_0[12..16].try_into().unwrap()) as usize;
+    let length = u32::from_le_bytes(GOLDEN_2_0[12..16].try_into().unwrap()) as usize;
     for at in 20..length {
         for value in [0u8, 1, 0x7f, 0x80, 0xff] {
             if let Ok(table) =
-                Table::from_bytes(&with_header(GOLDEN_1_0, |bytes| bytes[at] = value))
+                Table::from_bytes(&with_header(GOLDEN_2_0, |bytes| bytes[at] = value))
             {
                 let rho = table.eval_cos([0.6, 0.0, 0.8], [0.0, 0.6, 0.8]);
                 assert!(

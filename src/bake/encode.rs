@@ -1,51 +1,66 @@
-//! The function at every node, as stored.
+//! From the function to the coefficients of its splines, as stored.
 
 use rayon::prelude::*;
 
 use super::integrate::Integrand;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Axis, Encoding, Grid, Samples};
+use crate::table::{Axis, CHANNELS, Encoding, Grid, Samples};
 
-/// Ratios below this are stored as zero …
+/// Coefficients below this are stored as zero …
 const DARK: f64 = 1e-30;
 /// … and above this as this: their scale would not fit an f32.
 const BRIGHT: f64 = 1e30;
 
-/// Samples `integrand` on the nodes of `axes`. The result does not depend on the number of threads.
+/// Samples `integrand` at the sites of `axes` and solves for the coefficients. The result does not depend on the number
+/// of threads.
 pub(super) fn fill_grid(
     integrand: &Integrand,
     axes: [Axis; 4],
     encoding: Encoding,
     progress: Progress<'_>,
 ) -> Result<Grid, Cancelled> {
-    let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
+    let [n0, n1, n2, n3] = axes.each_ref().map(Axis::len);
+    let sites = axes.each_ref().map(Axis::sites);
+    let mut values = vec![0.0; CHANNELS * n0 * n1 * n2 * n3];
     let steps = progress.steps(n1 * n2 * n3);
-    let row = |row: usize| {
-        let at = |k: usize, index: usize| f64::from(axes[k].nodes()[index]);
-        let rest = [at(1, row % n1), at(2, row / n1 % n2), at(3, row / n1 / n2)];
-        let values = axes[0].nodes().iter().map(|u0| {
-            integrand
-                .at_point([f64::from(*u0), rest[0], rest[1], rest[2]])
-                .ratios()
-        });
-        let values = fill_invisible(values.collect());
-        steps.advance().map(|()| values)
+    let fill_row = |(row, values): (usize, &mut [f64])| {
+        let rest = [
+            sites[1][row % n1],
+            sites[2][row / n1 % n2],
+            sites[3][row / n1 / n2],
+        ];
+        for (u0, value) in sites[0].iter().zip(values.chunks_exact_mut(CHANNELS)) {
+            let response = integrand.at_point([*u0, rest[0], rest[1], rest[2]]);
+            value.copy_from_slice(
+                &[response.surface, response.volume].map(|value| encoding.encode(value)),
+            );
+        }
+        axes[0].solve(values, CHANNELS);
+        steps.advance()
     };
-    let rows: Vec<Vec<[f64; 2]>> = (0..n1 * n2 * n3)
-        .into_par_iter()
-        .map(row)
-        .collect::<Result<_, _>>()?;
-    let values = || rows.iter().flatten();
+    let rows = values.par_chunks_exact_mut(CHANNELS * n0).enumerate();
+    rows.map(fill_row).collect::<Result<(), _>>()?;
+    // Along the other axes, all functions on the faster ones are solved for at once.
+    let mut channels = CHANNELS * n0;
+    for axis in &axes[1..] {
+        values
+            .par_chunks_exact_mut(channels * axis.len())
+            .for_each(|values| axis.solve(values, channels));
+        channels *= axis.len();
+    }
+
     let scale = [0, 1].map(|channel| {
-        let largest = values().map(|value| value[channel]).fold(0.0, f64::max);
+        let magnitudes = values.iter().skip(channel).step_by(CHANNELS);
+        let largest = magnitudes.fold(0.0, |largest: f64, value| largest.max(value.abs()));
         if largest > DARK {
             largest.min(BRIGHT)
         } else {
             1.0
         }
     });
-    let stored = values().flat_map(|value| {
-        [0, 1].map(|channel| encoding.encode((value[channel] / scale[channel]).min(1.0)))
+    let stored = values.iter().enumerate().map(|(index, value)| {
+        let share = value / scale[index % CHANNELS];
+        share.clamp(-1.0, 1.0) * encoding.unit()
     });
     Ok(Grid {
         chart: integrand.chart(),
@@ -55,24 +70,4 @@ pub(super) fn fill_grid(
         samples: Samples::store(encoding, stored),
         axes,
     })
-}
-
-/// Where no tilt is visible F is 0 and the ratio does not matter, but cells reach across the edge: the nearest defined
-/// value along the row goes on.
-fn fill_invisible(values: Vec<Option<[f64; 2]>>) -> Vec<[f64; 2]> {
-    let nearest = |index: usize| {
-        let defined = |i: &usize| values[*i].is_some();
-        let before = (0..=index).rev().find(defined);
-        let after = (index..values.len()).find(defined);
-        let nearest = match (before, after) {
-            (Some(before), Some(after)) => Some(if index - before <= after - index {
-                before
-            } else {
-                after
-            }),
-            (before, after) => before.or(after),
-        };
-        nearest.and_then(|i| values[i]).unwrap_or_default()
-    };
-    (0..values.len()).map(nearest).collect()
 }

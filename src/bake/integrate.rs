@@ -1,56 +1,22 @@
-//! The function that a grid samples: S/F_S and V/F_V of one thread's segments.
+//! The function that a grid samples: S and V of one thread's segments.
 
-use crate::brdf::{Factors, Optics, Response, TangentCurve, ThreadPair};
+use crate::brdf::{Optics, Response, TangentCurve, ThreadPair};
 use crate::chart::{Chart, fold_ends};
 use crate::fabric::{Fabric, Thread};
 use crate::math::Vec3;
 use crate::model::mean_response;
 
-/// Nodes on the faces of the box are evaluated this far inside it: on the faces themselves S and F are both 0, and their
-/// ratio has moved by about as much.
+/// Sites on the faces of the box are evaluated this far inside it: on some faces themselves the direction is ambiguous.
 const INSET: f64 = 1e-4;
 
 /// Segments of one thread, on the box of a chart.
 pub(super) struct Integrand {
     optics: Optics<f64>,
     segments: TangentCurve<f64>,
-    factors: Factors<f64>,
     sigma_u: f64,
     chart: Chart,
     tolerance: f64,
     folded: bool,
-}
-
-/// The function at a point.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Value {
-    /// S and V.
-    pub(super) response: Response<f64>,
-    /// F_S and F_V.
-    pub(super) factor: Response<f64>,
-}
-
-impl Value {
-    /// S/F_S and V/F_V, or `None` where no tilt is visible from both directions.
-    pub(super) fn ratios(&self) -> Option<[f64; 2]> {
-        let Self { response, factor } = self;
-        let ratios = [
-            response.surface / factor.surface,
-            response.volume / factor.volume,
-        ];
-        let defined = factor.volume > 0.0 && ratios[1].is_finite();
-        // Without Fresnel reflection (η = 1) there is no surface lobe and no factor of it.
-        defined.then(|| {
-            [
-                if ratios[0].is_finite() {
-                    ratios[0]
-                } else {
-                    0.0
-                },
-                ratios[1],
-            ]
-        })
-    }
 }
 
 impl Integrand {
@@ -63,7 +29,6 @@ impl Integrand {
         let segments = TangentCurve::from_parts(std::iter::empty(), segments);
         Self {
             optics: thread.optics,
-            factors: Factors::new(&thread.optics, &segments),
             folded: segments.segments_are_symmetric(),
             segments,
             sigma_u: fabric.sigma_u,
@@ -82,16 +47,13 @@ impl Integrand {
     }
 
     /// The function for a pair in thread coordinates.
-    pub(super) fn at_pair(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> Value {
+    pub(super) fn at_pair(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> Response<f64> {
         let pair = ThreadPair::new(wi, wr, self.sigma_u);
-        Value {
-            response: mean_response(&pair, &self.optics, &self.segments, self.tolerance),
-            factor: self.factors.at(&pair, &self.segments),
-        }
+        mean_response(&pair, &self.optics, &self.segments, self.tolerance)
     }
 
     /// The function at a point of the box, or beside it where the point is on a face.
-    pub(super) fn at_point(&self, u: [f64; 4]) -> Value {
+    pub(super) fn at_point(&self, u: [f64; 4]) -> Response<f64> {
         // u₃ = 0 is the mirror's plane and not a face.
         let low = [INSET, INSET, INSET, 0.0];
         let inside = [0, 1, 2, 3].map(|k| u[k].clamp(low[k], 1.0 - INSET));

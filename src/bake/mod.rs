@@ -13,11 +13,13 @@ pub use settings::{Preset, Settings};
 
 use serde::{Deserialize, Serialize};
 
+use crate::chart::Chart;
 use crate::fabric::{Fabric, FabricError, Thread};
 use crate::metrics::{Baked, ErrorReport, measure};
 use crate::progress::{Cancelled, Progress};
 use crate::table::{Table, ThreadParameters, ThreadTable};
 use integrate::Integrand;
+use plan::{Plan, plan_axes};
 
 /// What made a table, as its metadata.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -96,12 +98,12 @@ pub fn bake(
     }
     let sampling = progress.part(0.0, 0.85);
     let visible: Vec<&Thread> = fabric.visible_threads().collect();
-    let bytes_per_node = 2 * settings.encoding.bytes();
+    let bytes_per_coefficient = 2 * settings.encoding.bytes();
     let grids = visible
         .iter()
         .filter(|thread| !thread.tangents::<f64>().segments().is_empty())
         .count();
-    let max_nodes = settings.max_bytes / bytes_per_node / grids.max(1);
+    let max_coefficients = settings.max_bytes / bytes_per_coefficient / grids.max(1);
 
     let mut threads = Vec::new();
     let mut baked_grids = 0;
@@ -128,14 +130,37 @@ pub fn bake(
             None
         } else {
             let share = |part: f64| (f64::from(baked_grids) + part) / grids as f64;
-            let integrand = Integrand::new(fabric, thread, settings.chart, settings.tolerance);
-            let planning = sampling.part(share(0.0), share(0.15));
-            let axes = plan::plan_axes(fabric, thread, &integrand, settings, max_nodes, planning)?;
-            let filling = sampling.part(share(0.15), share(1.0));
+            let charts = match &settings.chart {
+                Some(chart) => std::slice::from_ref(chart),
+                None => &Chart::ALL[..],
+            };
+            let planning = sampling.part(share(0.0), share(0.25));
+            let mut best: Option<(Integrand, Plan)> = None;
+            for (index, chart) in charts.iter().enumerate() {
+                let part = |k: usize| k as f64 / charts.len() as f64;
+                let planning = planning.part(part(index), part(index + 1));
+                let integrand = Integrand::new(fabric, thread, *chart, settings.tolerance);
+                let plan = plan_axes(
+                    fabric,
+                    thread,
+                    &integrand,
+                    settings,
+                    max_coefficients,
+                    planning,
+                )?;
+                if best
+                    .as_ref()
+                    .is_none_or(|(_, best)| plan.error < best.error)
+                {
+                    best = Some((integrand, plan));
+                }
+            }
+            let (integrand, plan) = best.expect("there are charts");
+            let filling = sampling.part(share(0.25), share(1.0));
             baked_grids += 1;
             Some(encode::fill_grid(
                 &integrand,
-                axes,
+                plan.axes,
                 settings.encoding,
                 filling,
             )?)

@@ -1,10 +1,10 @@
-//! Where a grid's nodes go, and how many each axis gets.
+//! Where a grid's knots go, and how many each axis gets.
 //!
-//! Lines are drawn through the box at pairs of the error protocol, 64 along each axis, and the function is sampled densely
-//! on them. An axis begins with the fewest nodes that its interpolation needs; the cell with the largest error of
-//! interpolation, summed over its lines, is halved, and so on: the error spreads evenly over the cells. That gives for
-//! each axis its error at every number of nodes. Interpolation in four dimensions adds the errors of the axes to first
-//! order, so nodes are then handed out to whichever axis gains most for the growth of the table.
+//! Lines are drawn through the box at pairs of the error protocol, 48 along each axis, and the function is sampled densely
+//! on them. An axis begins with few knots; the cell with the largest error of the spline, summed over its lines, is halved,
+//! and so on: the error spreads evenly over the cells. That gives for each axis its error at every number of knots.
+//! Splines in four dimensions add the errors of the axes to first order, so knots are then handed out to whichever axis
+//! gains most for the growth of the table.
 //!
 //! Error is that of the segments' S + A V relative to itself plus a hundredth of its mean over these pairs, close to what
 //! the protocol measures; A is the largest channel of the albedo.
@@ -17,30 +17,37 @@ use super::Settings;
 use super::integrate::Integrand;
 use crate::chart::Chart;
 use crate::fabric::{Fabric, Thread};
+use crate::math::simd::Single;
 use crate::metrics::protocol_pairs;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Axis, Encoding, Interpolation};
+use crate::table::{Axis, Encoding, MAX_DEPTH};
 
-const LINES: usize = 64;
-/// Samples on a line, at least; a multiple of 12 puts thirds of halves on samples.
-const MIN_INTERVALS: usize = 192;
-const MAX_INTERVALS: usize = 4096;
+const LINES: usize = 48;
+/// Lines are sampled at 2 to the power of this many intervals, at least.
+const MIN_DEPTH: u32 = 8;
 /// The sharp axis is sampled at least this often per γ_s.
 const SAMPLES_PER_GAMMA: f64 = 3.0;
 const MAX_LADDER: usize = 160;
-/// How many nodes ahead an axis' gain is looked for: halving one of several equally bad cells gains nothing yet.
+/// How many knots ahead an axis' gain is looked for: halving one of several equally bad cells gains nothing yet.
 const LOOK_AHEAD: usize = 4;
 const SEED: u64 = 1;
 
-/// The four axes of a thread's grid, at most `max_nodes` nodes in all.
+/// A grid's axes.
+pub(super) struct Plan {
+    pub(super) axes: [Axis; 4],
+    /// The mean relative error to expect.
+    pub(super) error: f64,
+}
+
+/// The four axes of a thread's grid, of at most `max_coefficients`.
 pub(super) fn plan_axes(
     fabric: &Fabric,
     thread: &Thread,
     integrand: &Integrand,
     settings: &Settings,
-    max_nodes: usize,
+    max_coefficients: usize,
     progress: Progress<'_>,
-) -> Result<[Axis; 4], Cancelled> {
+) -> Result<Plan, Cancelled> {
     let frame = thread.frame::<f64>();
     let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
     let pairs = protocol_pairs(fabric, 4 * LINES, SEED);
@@ -48,7 +55,7 @@ pub(super) fn plan_axes(
         .par_iter()
         .map(|pair| {
             let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
-            let response = integrand.at_pair(wi, wr).response;
+            let response = integrand.at_pair(wi, wr);
             (
                 integrand.coordinates(wi, wr),
                 response.surface + brightest * response.volume,
@@ -78,14 +85,17 @@ pub(super) fn plan_axes(
             .par_iter()
             .map(|(u, _)| sample(u))
             .collect::<Result<_, _>>()?;
-        ladders.push(Ladder::climb(scale, &lines, settings.interpolation[k]));
+        ladders.push(Ladder::climb(scale, &lines));
     }
-    let inserted = share_out(&ladders, max_nodes, settings.target_error);
-    Ok([0, 1, 2, 3].map(|k| ladders[k].axis(inserted[k])))
+    let inserted = share_out(&ladders, max_coefficients, settings.target_error);
+    Ok(Plan {
+        axes: [0, 1, 2, 3].map(|k| ladders[k].axis(inserted[k])),
+        error: (0..4).map(|k| ladders[k].errors[inserted[k]]).sum(),
+    })
 }
 
-/// How many nodes beyond the first each axis gets.
-fn share_out(ladders: &[Ladder], max_nodes: usize, target_error: f64) -> [usize; 4] {
+/// How many knots beyond the first each axis gets.
+fn share_out(ladders: &[Ladder], max_coefficients: usize, target_error: f64) -> [usize; 4] {
     let mut inserted = [0; 4];
     loop {
         let error: f64 = (0..4).map(|k| ladders[k].errors[inserted[k]]).sum();
@@ -93,15 +103,17 @@ fn share_out(ladders: &[Ladder], max_nodes: usize, target_error: f64) -> [usize;
             return inserted;
         }
         let size: f64 = (0..4)
-            .map(|k| ladders[k].node_count(inserted[k]) as f64)
+            .map(|k| ladders[k].length(inserted[k]) as f64)
             .product();
         let mut best: Option<(f64, usize, usize)> = None;
         for (k, ladder) in ladders.iter().enumerate() {
             let now = inserted[k];
             for next in now + 1..(now + 1 + LOOK_AHEAD).min(ladder.errors.len()) {
-                let growth = ladder.node_count(next) as f64 / ladder.node_count(now) as f64;
+                let growth = ladder.length(next) as f64 / ladder.length(now) as f64;
                 let gain = (ladder.errors[now] - ladder.errors[next]) / growth.ln();
-                if size * growth <= max_nodes as f64 && gain > best.map_or(0.0, |best| best.0) {
+                if size * growth <= max_coefficients as f64
+                    && gain > best.map_or(0.0, |best| best.0)
+                {
                     best = Some((gain, k, next));
                 }
             }
@@ -113,52 +125,64 @@ fn share_out(ladders: &[Ladder], max_nodes: usize, target_error: f64) -> [usize;
     }
 }
 
-/// The places on an axis at which nodes may be: evenly spaced from `low` to 1.
+/// The places on an axis at which knots may be, and the line's samples: multiples of 2^−`depth`, from `low` to 1.
 struct Scale {
-    low: f64,
-    intervals: usize,
-    kink: Option<f32>,
+    depth: u32,
+    low: usize,
+    has_kink: bool,
 }
 
 impl Scale {
     fn new(k: usize, thread: &Thread, folded: bool) -> Self {
-        let low = if k == 0 && folded { 0.5 } else { 0.0 };
         let sharp = if k == 0 {
-            (1.0 - low) * PI / thread.optics.gamma_s * SAMPLES_PER_GAMMA
+            (PI / thread.optics.gamma_s * SAMPLES_PER_GAMMA)
+                .log2()
+                .ceil() as u32
         } else {
-            0.0
+            0
         };
-        let intervals = (sharp as usize)
-            .clamp(MIN_INTERVALS, MAX_INTERVALS)
-            .next_multiple_of(12);
+        let depth = sharp.clamp(MIN_DEPTH, MAX_DEPTH);
+        let folded = k == 0 && folded;
         Self {
-            low,
-            intervals,
-            kink: Chart::KINKS[k].filter(|kink| f64::from(*kink) > low),
+            depth,
+            low: if folded { 1 << (depth - 1) } else { 0 },
+            has_kink: Chart::KINKS[k] && !folded,
         }
     }
 
-    fn at(&self, index: usize) -> f64 {
-        self.low + (1.0 - self.low) * index as f64 / self.intervals as f64
+    /// Places of samples, in units of 2^−`depth`.
+    fn places(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.low..(1 << self.depth) + 1
     }
 
-    /// The fewest nodes: the ends, the kink, and what cubics need between them.
-    fn first_nodes(&self, interpolation: Interpolation) -> Vec<usize> {
-        let sides = if self.kink.is_some() { 2 } else { 1 };
-        let cells = sides * (interpolation.taps() - 1);
-        (0..=cells).map(|i| i * self.intervals / cells).collect()
+    fn at(&self, place: usize) -> f64 {
+        place as f64 / f64::from(1u32 << self.depth)
     }
 
-    fn axis(&self, nodes: &[usize], interpolation: Interpolation) -> Axis {
-        let nodes = nodes.iter().map(|index| self.at(*index) as f32).collect();
-        Axis::new(nodes, interpolation, self.kink).expect("indices ascend within the scale")
+    /// The fewest knots: halves and quarters.
+    fn first_knots(&self) -> Vec<usize> {
+        let quarter = 1 << (self.depth - 2);
+        (0..=4)
+            .map(|i| i * quarter)
+            .filter(|knot| *knot >= self.low)
+            .collect()
+    }
+
+    fn axis(&self, knots: &[usize]) -> Axis {
+        // As coarse as the knots allow: lookup keeps an entry per unit.
+        let shift = knots
+            .iter()
+            .map(|knot| knot.trailing_zeros())
+            .fold(self.depth, u32::min);
+        let knots = knots.iter().map(|knot| (knot >> shift) as u16).collect();
+        Axis::new(self.depth - shift, knots, self.has_kink).expect("knots ascend within the scale")
     }
 }
 
-/// The function along one axis.
+/// The function along one axis, by place.
 struct Line {
-    /// What would be stored, per place and channel.
-    stored: Vec<[f64; 2]>,
+    /// The quantity that splines are of, both channels.
+    quantity: Vec<[f64; 2]>,
     /// By how much relative error grows with it.
     weights: Vec<[f64; 2]>,
 }
@@ -173,65 +197,55 @@ impl Line {
         albedo: f64,
         floor: f64,
     ) -> Self {
-        let at = |index: usize| {
-            u[k] = scale.at(index);
-            let value = integrand.at_point(u);
-            let Some(ratios) = value.ratios() else {
-                return ([0.0; 2], [0.0; 2]);
-            };
-            let stored = ratios.map(|ratio| encoding.encode(ratio));
-            let total = value.response.surface + albedo * value.response.volume + floor;
-            let slopes = stored.map(|stored| encoding.slope(stored) / total);
-            (
-                stored,
-                [
-                    slopes[0] * value.factor.surface,
-                    slopes[1] * albedo * value.factor.volume,
-                ],
-            )
+        let at = |place: usize| {
+            u[k] = scale.at(place);
+            let response = integrand.at_point(u);
+            let values = [response.surface, response.volume];
+            let quantity = values.map(|value| encoding.encode(value));
+            let total = response.surface + albedo * response.volume + floor;
+            let slope = |q: f64| if encoding.is_root() { 2.0 * q } else { 1.0 };
+            let weights = [
+                slope(quantity[0]) / total,
+                albedo * slope(quantity[1]) / total,
+            ];
+            (quantity, weights)
         };
-        let (stored, weights) = (0..=scale.intervals).map(at).unzip();
-        Self { stored, weights }
+        let (quantity, weights) = scale.places().map(at).unzip();
+        Self { quantity, weights }
     }
 }
 
-/// An axis at every number of nodes.
+/// An axis at every number of knots.
 struct Ladder {
     scale: Scale,
-    interpolation: Interpolation,
     first: Vec<usize>,
-    /// Nodes in the order in which they were added.
+    /// Knots in the order in which they were added.
     inserted: Vec<usize>,
-    /// Mean relative error along this axis, by the number of nodes added.
+    /// Mean relative error along this axis, by the number of knots added.
     errors: Vec<f64>,
 }
 
 impl Ladder {
-    fn climb(scale: Scale, lines: &[Line], interpolation: Interpolation) -> Self {
-        let first = scale.first_nodes(interpolation);
-        let mut nodes = first.clone();
+    fn climb(scale: Scale, lines: &[Line]) -> Self {
+        let first = scale.first_knots();
+        let mut knots = first.clone();
         let (mut inserted, mut errors) = (Vec::new(), Vec::new());
-        let samples = (lines.len() * scale.intervals) as f64;
+        let samples = (lines.len() * scale.places().len()) as f64;
         loop {
-            let axis = scale.axis(&nodes, interpolation);
-            let cell_error = |cell: usize| cell_error(&axis, &scale, &nodes, cell, lines);
-            let cells: Vec<f64> = (0..nodes.len() - 1)
-                .into_par_iter()
-                .map(cell_error)
-                .collect();
+            let cells = cell_errors(&scale, &knots, lines);
             errors.push(cells.iter().sum::<f64>() / samples);
-            let divisible = (0..cells.len()).filter(|cell| nodes[cell + 1] - nodes[*cell] > 1);
+            // The middles of halves have to be samples, too.
+            let divisible = (0..cells.len()).filter(|cell| knots[cell + 1] - knots[*cell] >= 4);
             let worst = divisible.max_by(|a, b| cells[*a].total_cmp(&cells[*b]));
             match worst {
-                Some(cell) if nodes.len() < MAX_LADDER => {
-                    let middle = (nodes[cell] + nodes[cell + 1]) / 2;
-                    nodes.insert(cell + 1, middle);
+                Some(cell) if inserted.len() < MAX_LADDER => {
+                    let middle = (knots[cell] + knots[cell + 1]) / 2;
+                    knots.insert(cell + 1, middle);
                     inserted.push(middle);
                 }
                 _ => {
                     return Self {
                         scale,
-                        interpolation,
                         first,
                         inserted,
                         errors,
@@ -241,32 +255,60 @@ impl Ladder {
         }
     }
 
-    fn node_count(&self, inserted: usize) -> usize {
-        self.first.len() + inserted
+    /// Coefficients of the axis.
+    fn length(&self, inserted: usize) -> usize {
+        self.axis(inserted).len()
     }
 
     fn axis(&self, inserted: usize) -> Axis {
-        let mut nodes = [&self.first[..], &self.inserted[..inserted]].concat();
-        nodes.sort_unstable();
-        self.scale.axis(&nodes, self.interpolation)
+        let mut knots = [&self.first[..], &self.inserted[..inserted]].concat();
+        knots.sort_unstable();
+        self.scale.axis(&knots)
     }
 }
 
-/// The error within a cell, summed over places, lines and channels.
-fn cell_error(axis: &Axis, scale: &Scale, nodes: &[usize], cell: usize, lines: &[Line]) -> f64 {
-    let mut sum = 0.0;
-    for place in nodes[cell] + 1..nodes[cell + 1] {
-        let stencil = axis.stencil(scale.at(place) as f32);
-        let taps = &nodes[stencil.first..stencil.first + axis.taps()];
-        for line in lines {
-            for channel in 0..2 {
-                let at_nodes = taps.iter().zip(stencil.weights);
-                let value: f64 = at_nodes
-                    .map(|(node, w)| f64::from(w) * line.stored[*node][channel])
+/// The error of the spline within each cell, summed over places, lines and channels.
+fn cell_errors(scale: &Scale, knots: &[usize], lines: &[Line]) -> Vec<f64> {
+    let axis = scale.axis(knots);
+    let unit = f64::from(1u32 << scale.depth);
+    let sites: Vec<usize> = axis
+        .sites()
+        .iter()
+        .map(|site| (site * unit) as usize - scale.low)
+        .collect();
+    let stencils: Vec<(usize, [f64; 3])> = scale
+        .places()
+        .map(|place| {
+            let u = scale.at(place) as f32;
+            let [first] = axis.first(Single(u));
+            (first as usize, axis.weights(first, u).map(f64::from))
+        })
+        .collect();
+    let errors_of = |line: &Line| -> Vec<f64> {
+        let mut coefficients: Vec<f64> =
+            sites.iter().flat_map(|site| line.quantity[*site]).collect();
+        axis.solve(&mut coefficients, 2);
+        let error_at = |place: usize| {
+            let (first, weights) = stencils[place];
+            let error = |channel: usize| {
+                let value: f64 = (0..3)
+                    .map(|k| weights[k] * coefficients[2 * (first + k) + channel])
                     .sum();
-                sum += line.weights[place][channel] * (value - line.stored[place][channel]).abs();
-            }
-        }
-    }
-    sum
+                line.weights[place][channel] * (value - line.quantity[place][channel]).abs()
+            };
+            error(0) + error(1)
+        };
+        let cells = knots.windows(2);
+        cells
+            .map(|ends| {
+                (ends[0] + 1..ends[1])
+                    .map(|place| error_at(place - scale.low))
+                    .sum()
+            })
+            .collect()
+    };
+    let by_line: Vec<Vec<f64>> = lines.par_iter().map(errors_of).collect();
+    (0..knots.len() - 1)
+        .map(|cell| by_line.iter().map(|errors| errors[cell]).sum())
+        .collect()
 }

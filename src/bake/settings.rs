@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::chart::Chart;
-use crate::table::{Encoding, Interpolation};
+use crate::table::Encoding;
 
 /// Size against accuracy, ready-made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -11,7 +11,7 @@ use crate::table::{Encoding, Interpolation};
 pub enum Preset {
     /// For previews: at most 512 KiB decoded.
     Draft,
-    /// For use: at most 4 MiB decoded.
+    /// For use: at most 4 MiB decoded, and 2 MiB in the file, for which 3840 KiB have to do.
     Standard,
     /// For reference: at most 32 MiB decoded.
     Fine,
@@ -22,17 +22,16 @@ pub enum Preset {
 pub struct Settings {
     /// The preset that these settings began as.
     pub preset: Preset,
-    /// The four coordinates of the tables.
-    pub chart: Chart,
+    /// The four coordinates of the tables; if none, for each thread those in which less error is expected.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chart: Option<Chart>,
     /// How samples are stored.
     pub encoding: Encoding,
-    /// Order of interpolation on the axes of u₀ to u₃.
-    pub interpolation: [Interpolation; 4],
     /// The most bytes of samples in memory, shared equally by the threads that need a grid.
     pub max_bytes: usize,
-    /// Nodes are added to a thread's grid until its expected mean relative error is below this, or `max_bytes` reached.
+    /// Knots are added to a thread's grid until its expected mean relative error is below this, or `max_bytes` reached.
     pub target_error: f64,
-    /// Relative tolerance of the integral at a node.
+    /// Relative tolerance of the integral at a site.
     pub tolerance: f64,
     /// Pairs on which the error that is written into the table is measured.
     pub error_pairs: usize,
@@ -45,14 +44,13 @@ impl Preset {
     pub fn settings(self) -> Settings {
         let (max_bytes, target_error, tolerance) = match self {
             Self::Draft => (512 << 10, 4e-3, 1e-4),
-            Self::Standard => (4 << 20, 5e-4, 1e-4),
+            Self::Standard => (3840 << 10, 5e-4, 1e-4),
             Self::Fine => (32 << 20, 1e-4, 1e-5),
         };
         Settings {
             preset: self,
-            chart: Chart::Highlight,
-            encoding: Encoding::SqrtF16,
-            interpolation: [Interpolation::Cubic; 4],
+            chart: None,
+            encoding: Encoding::SqrtI16,
             max_bytes,
             target_error,
             tolerance,

@@ -2,7 +2,7 @@
 
 use num_traits::Float;
 
-use crate::math::{Real, Vec3};
+use crate::math::{Lanes, Real, Vec3};
 
 /// Frame of an untilted thread of direction angle α in the surface: t = (cos α, sin α, 0) along the thread,
 /// s = n × t sideways, n the surface normal. Warp is α = 0, weft α = 90°.
@@ -12,7 +12,7 @@ pub struct ThreadFrame<R> {
     sin: R,
 }
 
-impl<R: Real> ThreadFrame<R> {
+impl<R: Lanes> ThreadFrame<R> {
     /// The frame of a thread whose direction is `angle` radians from the surface's x axis towards y.
     pub fn new(angle: f64) -> Self {
         let (mut sin, mut cos) = Float::sin_cos(angle);
@@ -47,5 +47,15 @@ impl<R: Real> ThreadFrame<R> {
             w[1] * self.cos + w[0] * self.sin,
             w[2],
         ]
+    }
+}
+
+impl<R: Real> ThreadFrame<R> {
+    /// The same frame in another precision, or in every lane.
+    pub fn cast<T: Lanes>(&self) -> ThreadFrame<T> {
+        ThreadFrame {
+            cos: T::of(self.cos.to_double()),
+            sin: T::of(self.sin.to_double()),
+        }
     }
 }

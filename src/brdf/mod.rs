@@ -9,14 +9,12 @@
 //!   Cloth Rendering*, ACM Transactions on Graphics 32(2), 2013.
 
 mod cylinder;
-mod factor;
 mod frame;
 pub mod limits;
 mod tangent;
 mod weave;
 
-pub use cylinder::{Optics, Response, ThreadPair, fresnel};
-pub use factor::Factors;
+pub use cylinder::{Optics, Response, Scattered, ThreadPair, fresnel};
 pub use frame::ThreadFrame;
 pub use tangent::{Reweighting, Segment, TangentCurve, Tilt};
 pub use weave::{Components, ThreadResponse, Weave, without_cosine};

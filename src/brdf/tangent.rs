@@ -5,9 +5,10 @@
 //! δ raises the thread's tangent out of the cloth. So the distribution is a sum of single [`Tilt`]s and of [`Segment`]s.
 
 use alloc::vec::Vec;
+use core::f64::consts::FRAC_PI_2;
 
 use super::limits;
-use crate::math::{Real, Vec3, norm2};
+use crate::math::{Lanes, Real, Vec3, norm2};
 
 /// How Q weighs a tangent, \[Fecho13\] 3.26.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -51,11 +52,9 @@ impl<R: Real> Tilt<R> {
 
     /// Sine and cosine of ψ + δ from those of ψ.
     #[inline(always)]
-    fn rotate(&self, sin_psi: R, cos_psi: R) -> (R, R) {
-        (
-            sin_psi * self.cos + cos_psi * self.sin,
-            cos_psi * self.cos - sin_psi * self.sin,
-        )
+    fn rotate<L: Lanes>(&self, sin_psi: L, cos_psi: L) -> (L, L) {
+        let (sin, cos) = (splat::<R, L>(self.sin), splat::<R, L>(self.cos));
+        (sin_psi * cos + cos_psi * sin, cos_psi * cos - sin_psi * sin)
     }
 }
 
@@ -141,7 +140,7 @@ impl<R: Real> TangentCurve<R> {
             add(&mut curve.tilts, angle, weight);
         }
         // The difference of antiderivatives loses ε/Δ to rounding, the midpoint Δ²/24 to curvature: they meet at Δ³ = 24 ε.
-        let narrow = num_traits::Float::cbrt(24.0 * R::epsilon().to_double());
+        let narrow = num_traits::Float::cbrt(24.0 * R::EPSILON.to_double());
         for (from, to, weight) in segments {
             curve.segments.push(Segment {
                 from: R::of(from),
@@ -168,13 +167,6 @@ impl<R: Real> TangentCurve<R> {
     /// The spread-out parts.
     pub fn segments(&self) -> &[Segment<R>] {
         &self.segments
-    }
-
-    /// The smallest and the largest tilt of the segments, radians; 0 and 0 if there are none.
-    pub fn hull(&self) -> (R, R) {
-        let from = self.segments.iter().map(|s| s.from).reduce(R::min);
-        let to = self.segments.iter().map(|s| s.to).reduce(R::max);
-        (from.unwrap_or(R::zero()), to.unwrap_or(R::zero()))
     }
 
     /// Whether the segments hold tilts δ and −δ equally, so that they look the same from both ends of the thread.
@@ -208,115 +200,78 @@ impl<R: Real> TangentCurve<R> {
     ///
     /// The antiderivative sin is clamped where the thread turns away, and sin(ψ+o), cos(ψ+o) follow from (x, z) by
     /// rotation, so that no angle is formed.
-    #[inline]
-    pub fn projection(&self, w: Vec3<R>) -> R {
+    #[inline(always)]
+    pub fn projection<L: Lanes>(&self, w: Vec3<L>) -> L {
         let r = norm2(w[0], w[2]);
         // Along s the angle ψ is undefined; the normal's 0 is as good as any.
-        let (sin_psi, cos_psi) = if r > R::zero() {
-            (w[0] / r, w[2] / r)
-        } else {
-            (R::zero(), R::one())
-        };
-        let mut sum = R::zero();
+        let defined = L::zero().lt(r);
+        let sin_psi = L::select(defined, w[0] / r, L::zero());
+        let cos_psi = L::select(defined, w[2] / r, L::one());
+        let mut sum = L::zero();
         for end in &self.ends {
             let (sin, cos) = end.rotate(sin_psi, cos_psi);
-            sum += end.weight * if cos > R::zero() { sin } else { sin.signum() };
+            let turned = L::select(sin.lt(L::zero()), L::of(-1.0), L::one());
+            let sin = L::select(L::zero().lt(cos), sin, turned);
+            sum += splat::<R, L>(end.weight) * sin;
         }
         for tilt in self.middles.iter().chain(&self.tilts) {
             let (_, cos) = tilt.rotate(sin_psi, cos_psi);
-            sum += tilt.weight * cos.max(R::zero());
+            sum += splat::<R, L>(tilt.weight) * cos.max(L::zero());
         }
-        sum.max(R::zero())
+        sum.max(L::zero())
     }
 
     /// Mean of P(t, wi, wr), 3.25, over the distribution, for directions in thread coordinates and `u_psi` = u(ψ_d).
-    pub fn joint_projection(&self, wi: Vec3<R>, wr: Vec3<R>, u_psi: R) -> R {
-        let (psi_i, psi_r) = (psi(wi), psi(wr));
-        let mut sum = self.joint_visibility(wi, wr, u_psi).projection;
-        for tilt in &self.tilts {
-            let (p_i, p_r) = (
-                (psi_i + tilt.angle).cos().max(R::zero()),
-                (psi_r + tilt.angle).cos().max(R::zero()),
-            );
-            sum += tilt.weight * super::cylinder::blend(u_psi, p_i, p_r);
-        }
-        sum
-    }
-
-    /// How the segments look from both directions at once, in closed form over the tilts that face both.
-    #[inline]
-    pub(super) fn joint_visibility(
-        &self,
-        wi: Vec3<R>,
-        wr: Vec3<R>,
-        u_psi: R,
-    ) -> JointVisibility<R> {
+    #[inline(always)]
+    pub fn joint_projection<L: Lanes>(&self, wi: Vec3<L>, wr: Vec3<L>, u_psi: L) -> L {
         let (psi_i, psi_r) = (psi(wi), psi(wr));
         let (psi_min, psi_max) = (psi_i.min(psi_r), psi_i.max(psi_r));
-        let half = R::of(0.5);
-        let (mut mean, mut first, mut second) = (R::zero(), [R::zero(); 2], [R::zero(); 2]);
+        let (half, quarter) = (L::of(0.5), L::of(FRAC_PI_2));
+        let mut sum = L::zero();
         for segment in &self.segments {
-            let from = segment.from.max(-R::FRAC_PI_2() - psi_min);
-            let to = segment.to.min(R::FRAC_PI_2() - psi_max);
-            if !(to > from) {
-                continue;
-            }
-            let density = segment.weight / (segment.to - segment.from);
-            for (k, psi) in [psi_i, psi_r].into_iter().enumerate() {
-                first[k] += density * integral_cos(psi, from, to);
-                second[k] += density * half * ((to - from) + integral_cos_2(psi + psi, from, to));
-            }
+            // The part that faces both directions.
+            let from = splat::<R, L>(segment.from).max(-quarter - psi_min);
+            let to = splat::<R, L>(segment.to).min(quarter - psi_max).max(from);
             // cos a cos b = (cos(a−b) + cos(a+b))/2, and the smaller cosine is that of the angle further from 0.
             let product = half
                 * ((psi_i - psi_r).cos() * (to - from) + integral_cos_2(psi_i + psi_r, from, to));
             let turn = (-half * (psi_i + psi_r)).max(from).min(to);
             let smaller = integral_cos(psi_min, from, turn) + integral_cos(psi_max, turn, to);
-            mean += density * ((R::one() - u_psi) * product + u_psi * smaller);
+            let density = splat::<R, L>(segment.weight / (segment.to - segment.from));
+            sum += density * ((L::one() - u_psi) * product + u_psi * smaller);
         }
-        let ratio = |k: usize| {
-            if first[k] > R::zero() {
-                (second[k] / first[k]).max(R::zero())
-            } else {
-                R::zero()
-            }
-        };
-        JointVisibility {
-            projection: mean.max(R::zero()),
-            facing_i: ratio(0),
-            facing_r: ratio(1),
+        for tilt in &self.tilts {
+            let angle = splat::<R, L>(tilt.angle);
+            let p_i = (psi_i + angle).cos().max(L::zero());
+            let p_r = (psi_r + angle).cos().max(L::zero());
+            sum += splat::<R, L>(tilt.weight) * super::cylinder::blend(u_psi, p_i, p_r);
         }
+        sum.max(L::zero())
     }
 }
 
-/// See [`TangentCurve::joint_visibility`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct JointVisibility<R> {
-    /// Mean of P over the whole thread's length.
-    pub(super) projection: R,
-    /// Mean of p² over mean of p for the light, over the jointly visible tilts.
-    pub(super) facing_i: R,
-    /// The same for the viewer.
-    pub(super) facing_r: R,
+/// The same number in every lane.
+#[inline(always)]
+fn splat<R: Real, L: Lanes>(x: R) -> L {
+    L::of(x.to_double())
 }
 
-fn psi<R: Real>(w: Vec3<R>) -> R {
-    if w[0] == R::zero() && w[2] == R::zero() {
-        R::zero()
-    } else {
-        w[0].atan2(w[2])
-    }
+/// ψ, 0 along s.
+#[inline(always)]
+fn psi<L: Lanes>(w: Vec3<L>) -> L {
+    w[0].atan2(w[2])
 }
 
 /// ∫ cos(ψ + δ) dδ, as a product so that short intervals keep their precision.
 #[inline(always)]
-fn integral_cos<R: Real>(psi: R, from: R, to: R) -> R {
-    let half = R::of(0.5);
-    R::of(2.0) * (psi + half * (from + to)).cos() * (half * (to - from)).sin()
+fn integral_cos<L: Lanes>(psi: L, from: L, to: L) -> L {
+    let half = L::of(0.5);
+    L::of(2.0) * (psi + half * (from + to)).cos() * (half * (to - from)).sin()
 }
 
 /// ∫ cos(ψ + 2δ) dδ.
 #[inline(always)]
-fn integral_cos_2<R: Real>(psi: R, from: R, to: R) -> R {
+fn integral_cos_2<L: Lanes>(psi: L, from: L, to: L) -> L {
     (psi + from + to).cos() * (to - from).sin()
 }
 

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::Response;
-use crate::math::Real;
+use crate::math::{Lanes, Real, each};
 
 /// What one thread contributes to a pair of directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +14,7 @@ pub struct ThreadResponse<R> {
     pub projection: R,
 }
 
-impl<R: Real> ThreadResponse<R> {
+impl<R: Lanes> ThreadResponse<R> {
     /// Of a thread that is not seen.
     pub fn zero() -> Self {
         Self {
@@ -22,10 +22,11 @@ impl<R: Real> ThreadResponse<R> {
             projection: R::zero(),
         }
     }
+}
 
-    /// The same in another precision.
-    pub fn cast<T: Real>(&self) -> ThreadResponse<T> {
-        let of = |x: R| T::of(x.to_double());
+impl<R> ThreadResponse<R> {
+    /// The same with every number made another.
+    pub fn map<T>(self, of: impl Fn(R) -> T) -> ThreadResponse<T> {
         let response = Response {
             surface: of(self.response.surface),
             volume: of(self.response.volume),
@@ -50,7 +51,7 @@ pub struct Weave<R> {
     sum: [R; 3],
 }
 
-impl<R: Real> Weave<R> {
+impl<R: Lanes> Weave<R> {
     /// No threads yet: `gap` = 1 − Σa is seen under the cosine `cos_r` = wr·n.
     #[inline(always)]
     pub fn new(gap: R, cos_r: R) -> Self {
@@ -73,14 +74,16 @@ impl<R: Real> Weave<R> {
     /// numbers, nothing is seen. Never infinite.
     #[inline(always)]
     pub fn rho(&self) -> [R; 3] {
-        self.sum.map(|sum| {
-            let rho = sum / self.q;
-            if self.q > R::zero() && !rho.is_nan() {
-                rho.max(R::zero()).min(R::max_value())
-            } else {
-                R::zero()
-            }
-        })
+        let seen = R::zero().lt(self.q);
+        // max before min: it replaces NaN by 0.
+        each(
+            self.sum,
+            #[inline(always)]
+            |sum| {
+                let rho = (sum / self.q).max(R::zero()).min(R::of(MOST));
+                R::select(seen, rho, R::zero())
+            },
+        )
     }
 }
 
@@ -99,7 +102,11 @@ impl<R: Real> Components<R> {
     /// The same in another precision.
     pub fn cast<T: Real>(&self) -> Components<T> {
         Components {
-            threads: self.threads.iter().map(ThreadResponse::cast).collect(),
+            threads: self
+                .threads
+                .iter()
+                .map(|thread| thread.map(|x| T::of(x.to_double())))
+                .collect(),
             q: T::of(self.q.to_double()),
             rho: self.rho.map(|rho| T::of(rho.to_double())),
         }
@@ -109,12 +116,16 @@ impl<R: Real> Components<R> {
 /// The BRDF \[1/sr\] from ρ and the cosine wi·n: ρ is proportional to neither cosine, so at the last denormals the
 /// quotient would be infinite.
 #[inline(always)]
-pub fn without_cosine<R: Real>(rho: [R; 3], cos_i: R) -> [R; 3] {
-    rho.map(|rho| {
-        if rho > R::zero() {
-            (rho / cos_i).min(R::max_value())
-        } else {
-            R::zero()
-        }
-    })
+pub fn without_cosine<R: Lanes>(rho: [R; 3], cos_i: R) -> [R; 3] {
+    each(
+        rho,
+        #[inline(always)]
+        |rho| {
+            let brdf = (rho / cos_i).min(R::of(MOST));
+            R::select(R::zero().lt(rho), brdf, R::zero())
+        },
+    )
 }
+
+/// The largest finite f32.
+const MOST: f64 = f32::MAX as f64;

@@ -17,19 +17,21 @@
 //! which is not positive at 0 and not negative at π/2; it is found by safeguarded secant steps to the last bit or two.
 
 use super::{Angles, directions_at, normalized, phi_d_and_h, shared_coordinates, theta_d};
-use crate::math::{Real, Vec3};
+use core::f64::consts::FRAC_PI_2;
+
+use crate::math::{Lanes, Real, Vec3};
 
 /// Pair to box; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub fn coordinates<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
     let psi = (wi[0] + wr[0]).atan2(wi[2] + wr[2]);
     let [u1, u2, u3] = shared_coordinates(&Angles::of(wi, wr));
-    [normalized(psi, R::FRAC_PI_2()), u1, u2, u3]
+    [normalized(psi, R::of(FRAC_PI_2)), u1, u2, u3]
 }
 
 /// Box to pair; see [`super::Chart::directions`].
 pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
-    let psi = (R::of(2.0) * u[0] - R::one()) * R::FRAC_PI_2();
+    let psi = (R::of(2.0) * u[0] - R::one()) * R::of(FRAC_PI_2);
     let (phi_d, phi_h) = phi_d_and_h(u);
     let half = R::of(0.5);
     let (cos_i, cos_r) = ((phi_h + half * phi_d).cos(), (phi_h - half * phi_d).cos());
@@ -45,7 +47,7 @@ pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
         u[2],
         u[3],
     ];
-    let theta_h = root(R::zero(), R::FRAC_PI_2(), |theta_h| {
+    let theta_h = root(R::zero(), R::of(FRAC_PI_2), |theta_h| {
         let theta_d = theta_d(mirrored, theta_h);
         cos_psi * R::of(2.0) * theta_h.sin() * theta_d.cos()
             - sin_psi * ((theta_h + theta_d).cos() * cos_i + (theta_h - theta_d).cos() * cos_r)
@@ -78,19 +80,21 @@ fn root<R: Real>(mut a: R, mut b: R, f: impl Fn(R) -> R) -> R {
         if is_below {
             a = x;
             f_a = f_x;
-            f_b *= if moved_up == Some(true) {
-                half
-            } else {
-                R::one()
-            };
+            f_b = f_b
+                * if moved_up == Some(true) {
+                    half
+                } else {
+                    R::one()
+                };
         } else {
             b = x;
             f_b = f_x;
-            f_a *= if moved_up == Some(false) {
-                half
-            } else {
-                R::one()
-            };
+            f_a = f_a
+                * if moved_up == Some(false) {
+                    half
+                } else {
+                    R::one()
+                };
         }
         moved_up = Some(is_below);
     }

@@ -21,7 +21,9 @@
 pub mod highlight;
 pub mod thesis;
 
-use crate::math::{Real, Vec3, norm2};
+use core::f64::consts::{FRAC_PI_2, PI};
+
+use crate::math::{Lanes, Real, Vec3, norm2};
 
 /// Which chart a table is in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -49,14 +51,13 @@ impl Chart {
         }
     }
 
-    /// Coordinate values at which functions on the sphere are not smooth in the box, one per axis: |θ_h| in the
-    /// normalisation of u₁ bends at the middle of axis 0, and `min` in M at φ_d = 0. (The bend at φ_h = 0 is the box's
-    /// face.) Interpolation must not reach across them.
-    pub const KINKS: [Option<f32>; 4] = [Some(0.5), None, Some(0.5), None];
+    /// Whether functions on the sphere bend at the middle of an axis of the box: |θ_h| in the normalisation of u₁ bends at
+    /// that of axis 0, and `min` in M at φ_d = 0. (The bend at φ_h = 0 is the box's face.)
+    pub const KINKS: [bool; 4] = [true, false, true, false];
 
     /// The coordinates of a pair of unit directions above the surface, given in thread coordinates.
     #[inline(always)]
-    pub fn coordinates<R: Real>(self, wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+    pub fn coordinates<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
         match self {
             Self::Thesis => thesis::coordinates(wi, wr),
             Self::Highlight => highlight::coordinates(wi, wr),
@@ -76,12 +77,12 @@ impl Chart {
 /// A pair mirrored t → −t, if need be, so that it leans towards t: u₀ ≥ ½ in every chart. For threads that look the same
 /// from both ends.
 #[inline(always)]
-pub fn fold_ends<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
-    if wi[0] + wr[0] < R::zero() {
-        ([-wi[0], wi[1], wi[2]], [-wr[0], wr[1], wr[2]])
-    } else {
-        (wi, wr)
-    }
+pub fn fold_ends<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
+    let away = (wi[0] + wr[0]).lt(R::zero());
+    (
+        [R::select(away, -wi[0], wi[0]), wi[1], wi[2]],
+        [R::select(away, -wr[0], wr[0]), wr[1], wr[2]],
+    )
 }
 
 /// Latitudes and azimuths of a pair, mirrored to φ_h ≥ 0.
@@ -93,7 +94,7 @@ struct Angles<R> {
     phi_h: R,
 }
 
-impl<R: Real> Angles<R> {
+impl<R: Lanes> Angles<R> {
     #[inline(always)]
     fn of(wi: Vec3<R>, wr: Vec3<R>) -> Self {
         let half = R::of(0.5);
@@ -101,19 +102,17 @@ impl<R: Real> Angles<R> {
         let theta_r = wr[0].atan2(norm2(wr[1], wr[2]));
         let (phi_i, phi_r) = (wi[1].atan2(wi[2]), wr[1].atan2(wr[2]));
         let (phi_d, phi_h) = (phi_i - phi_r, half * (phi_i + phi_r));
-        let (phi_d, phi_h) = if phi_h < R::zero() {
-            (-phi_d, -phi_h)
-        } else {
-            (phi_d, phi_h)
-        };
+        let phi_d = R::select(phi_h.lt(R::zero()), -phi_d, phi_d);
         Self {
             theta_h: half * (theta_i + theta_r),
             theta_d: half * (theta_i - theta_r),
             phi_d,
-            phi_h,
+            phi_h: phi_h.abs(),
         }
     }
+}
 
+impl<R: Real> Angles<R> {
     fn directions(&self) -> (Vec3<R>, Vec3<R>) {
         let half = R::of(0.5);
         let direction = |theta: R, phi: R| {
@@ -135,34 +134,31 @@ impl<R: Real> Angles<R> {
 
 /// `value / range` for a value in ±range, as a coordinate in \[0, 1\]; ½ where the range is empty.
 #[inline(always)]
-fn normalized<R: Real>(value: R, range: R) -> R {
+fn normalized<R: Lanes>(value: R, range: R) -> R {
     let half = R::of(0.5);
-    if range > R::zero() {
-        (half + half * value / range).max(R::zero()).min(R::one())
-    } else {
-        half
-    }
+    let normalized = (half + half * value / range).max(R::zero()).min(R::one());
+    R::select(R::zero().lt(range), normalized, half)
 }
 
 /// The shared coordinates u₁, u₂, u₃.
 #[inline(always)]
-fn shared_coordinates<R: Real>(angles: &Angles<R>) -> [R; 3] {
+fn shared_coordinates<R: Lanes>(angles: &Angles<R>) -> [R; 3] {
     [
-        normalized(angles.theta_d, R::FRAC_PI_2() - angles.theta_h.abs()),
-        normalized(angles.phi_d, R::PI() - R::of(2.0) * angles.phi_h),
-        (angles.phi_h / R::FRAC_PI_2()).min(R::one()),
+        normalized(angles.theta_d, R::of(FRAC_PI_2) - angles.theta_h.abs()),
+        normalized(angles.phi_d, R::of(PI) - R::of(2.0) * angles.phi_h),
+        (angles.phi_h / R::of(FRAC_PI_2)).min(R::one()),
     ]
 }
 
 /// θ_d at |θ_h|, then φ_d and φ_h, from the shared coordinates.
 fn theta_d<R: Real>(u: [R; 4], theta_h: R) -> R {
-    (R::of(2.0) * u[1] - R::one()) * (R::FRAC_PI_2() - theta_h.abs())
+    (R::of(2.0) * u[1] - R::one()) * (R::of(FRAC_PI_2) - theta_h.abs())
 }
 
 fn phi_d_and_h<R: Real>(u: [R; 4]) -> (R, R) {
-    let phi_h = u[3] * R::FRAC_PI_2();
+    let phi_h = u[3] * R::of(FRAC_PI_2);
     (
-        (R::of(2.0) * u[2] - R::one()) * (R::PI() - R::of(2.0) * phi_h),
+        (R::of(2.0) * u[2] - R::one()) * (R::of(PI) - R::of(2.0) * phi_h),
         phi_h,
     )
 }

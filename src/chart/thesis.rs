@@ -8,18 +8,20 @@
 //! inverse there. The roll of the pair about the thread, φ_h = (φ_i + φ_r)/2, takes its place.
 
 use super::{Angles, directions_at, normalized, shared_coordinates};
-use crate::math::{Real, Vec3};
+use core::f64::consts::FRAC_PI_2;
+
+use crate::math::{Lanes, Real, Vec3};
 
 /// Pair to box; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub fn coordinates<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
     let angles = Angles::of(wi, wr);
     let [u1, u2, u3] = shared_coordinates(&angles);
-    [normalized(angles.theta_h, R::FRAC_PI_2()), u1, u2, u3]
+    [normalized(angles.theta_h, R::of(FRAC_PI_2)), u1, u2, u3]
 }
 
 /// Box to pair; see [`super::Chart::directions`].
 pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
-    let theta_h = (R::of(2.0) * u[0] - R::one()) * R::FRAC_PI_2();
+    let theta_h = (R::of(2.0) * u[0] - R::one()) * R::of(FRAC_PI_2);
     directions_at(u, theta_h)
 }

@@ -1,5 +1,13 @@
 //! Evaluation of a baked fabric.
 //!
-//! `scalar` takes one pair of directions at a time and is the specification of every other path.
+//! `kernel` is the one algorithm, from a pair of directions to a number, for as many pairs at once as the machine's vectors
+//! have lanes: into the thread's frame; single tilts by their closed form; for the segments the pair's place in the chart
+//! and the spline's value there (`interpolate`); then the sum over threads. `scalar` runs it for one pair and is what the
+//! others are compared with; `batch` over slices, with the instructions of [`crate::math::simd`].
 
+mod batch;
+mod interpolate;
+mod kernel;
 mod scalar;
+
+pub use batch::Quantity;

@@ -1,14 +1,14 @@
 //! One pair of directions at a time.
-//!
-//! From a pair to a number: into the thread's frame; single tilts by their closed form; for the segments the pair's place
-//! in the chart, four-dimensional interpolation of S/F_S and V/F_V there, times F; then the sum over threads.
 
 use alloc::vec::Vec;
 
-use crate::brdf::{
-    Components, Response, Reweighting, ThreadPair, ThreadResponse, Weave, without_cosine,
-};
-use crate::table::{Table, ThreadTable};
+use super::Quantity;
+use super::batch::Lookup;
+use super::kernel::{self, splat};
+use crate::brdf::Components;
+use crate::math::each;
+use crate::math::simd::{Kernel, Level, Row, Vector, at_pair};
+use crate::table::Table;
 
 /// Evaluation never fails, allocates (but for [`Table::components`]) or panics, and is never negative or NaN: directions that are not above the surface,
 /// and those that are no numbers, give zero. Directions are unit vectors in the surface frame (x warp, y weft, z
@@ -26,78 +26,56 @@ impl Table {
 
     /// The BRDF with other albedos: see [`Table::eval_cos_with`].
     pub fn eval_with(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
-        without_cosine(self.eval_cos_with(albedos, wi, wr), wi[2])
+        self.at(albedos, Quantity::Brdf, wi, wr)
     }
 
     /// ρ with other albedos, linear RGB, one per thread in the order of [`Table::threads`]; where `albedos` ends, the
     /// fabric's own go on.
     pub fn eval_cos_with(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
-        self.weave(albedos, wi, wr, |_| {}).rho()
+        self.at(albedos, Quantity::Rho, wi, wr)
+    }
+
+    fn at(&self, albedos: &[[f32; 3]], quantity: Quantity, wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
+        let lookup = Lookup {
+            table: self,
+            albedos,
+            quantity,
+        };
+        at_pair(&lookup, wi, wr)
     }
 
     /// S, V and the projection of every thread, Q, and ρ with the fabric's own albedo.
     pub fn components(&self, wi: [f32; 3], wr: [f32; 3]) -> Components<f32> {
-        let mut threads = Vec::with_capacity(self.threads.len());
-        let weave = self.weave(&[], wi, wr, |thread| threads.push(thread));
+        Level::detect().run_single(All {
+            table: self,
+            wi,
+            wr,
+        })
+    }
+}
+
+/// A table's components of one pair.
+struct All<'a> {
+    table: &'a Table,
+    wi: [f32; 3],
+    wr: [f32; 3],
+}
+
+impl Kernel for All<'_> {
+    type Output = Components<f32>;
+
+    #[inline(always)]
+    fn run<V: Vector, R: Row>(self) -> Components<f32> {
+        let lane = |x: V| x.to_array().as_ref()[0];
+        let mut threads = Vec::with_capacity(self.table.threads.len());
+        let (wi, wr) = (each(self.wi, splat::<V>), each(self.wr, splat::<V>));
+        let weave = kernel::weave::<V, R>(self.table, &[], wi, wr, |thread| {
+            threads.push(thread.map(lane));
+        });
         Components {
             threads,
-            q: weave.q,
-            rho: weave.rho(),
-        }
-    }
-
-    #[inline]
-    fn weave(
-        &self,
-        albedos: &[[f32; 3]],
-        wi: [f32; 3],
-        wr: [f32; 3],
-        mut each: impl FnMut(ThreadResponse<f32>),
-    ) -> Weave<f32> {
-        let above = wi[2] > 0.0 && wr[2] > 0.0;
-        let mut weave = Weave::new(self.gap, if above { wr[2] } else { 0.0 });
-        for (index, thread) in self.threads.iter().enumerate() {
-            let albedo = albedos.get(index).unwrap_or(&thread.albedo);
-            let response = if above {
-                self.response(thread, wi, wr)
-            } else {
-                ThreadResponse::zero()
-            };
-            weave.add(thread.coverage, *albedo, &response);
-            each(response);
-        }
-        weave
-    }
-
-    #[inline]
-    fn response(&self, thread: &ThreadTable, wi: [f32; 3], wr: [f32; 3]) -> ThreadResponse<f32> {
-        let (wi, wr) = (thread.frame.to_thread(wi), thread.frame.to_thread(wr));
-        let pair = ThreadPair::new(wi, wr, self.sigma_u);
-        let mut response = Response::zero();
-        for tilt in thread.tangents.tilts() {
-            response = response.plus(
-                tilt.weight,
-                pair.response(&thread.optics, tilt.cos, tilt.sin),
-            );
-        }
-        if let Some(grid) = &thread.grid {
-            let factors = thread.factors.at(&pair, &thread.tangents);
-            let [surface, volume] = grid.ratios(wi, wr);
-            let product = Response {
-                surface: surface * factors.surface,
-                volume: volume * factors.volume,
-            };
-            response = response.plus(1.0, product);
-        }
-        let projection = match self.reweighting {
-            Reweighting::View => thread.tangents.projection(wr),
-            Reweighting::Both => thread
-                .tangents
-                .joint_projection(wi, wr, pair.correlation_psi()),
-        };
-        ThreadResponse {
-            response,
-            projection,
+            q: lane(weave.q),
+            rho: weave.rho().map(lane),
         }
     }
 }

@@ -1,38 +1,68 @@
-//! Small vectors and the one switch between `std` and `libm`.
+//! Small vectors, and numbers: one or several side by side.
 //!
-//! Everything above is written once over [`Real`] and used as `f32` where speed counts (lookup) and as `f64` where
-//! exactness does (baking, reference).
+//! The closed forms above are written once, without branches, over [`Lanes`]: a number of one precision (`f64` where
+//! exactness counts, `f32`), or as many `f32` as a vector register holds ([`simd`]). What needs branches or angles is
+//! written over [`Real`], a single number. The one switch between `std` and `libm` is here, in `num_traits`.
+
+mod real;
+pub mod simd;
+
+pub use real::Real;
 
 use core::fmt::Debug;
-use num_traits::{Float, FloatConst, NumAssign};
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-/// The floating-point types sateen computes in: `f32` and `f64`.
-pub trait Real: Float + FloatConst + NumAssign + Debug + Send + Sync + 'static {
-    /// The nearest value of this type to a literal.
+/// Numbers that are computed with side by side; masks choose between them where scalar code would branch.
+pub trait Lanes:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+{
+    /// The result of a comparison, lane by lane.
+    type Mask: Copy;
+
+    /// The nearest value to a literal, in every lane.
     fn of(x: f64) -> Self;
-    /// This value as `f64`, exactly.
-    fn to_double(self) -> f64;
-}
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// The absolute value.
+    fn abs(self) -> Self;
+    /// The smaller; `other` where `self` is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The larger; `other` where `self` is NaN.
+    fn max(self, other: Self) -> Self;
+    /// `self · factor + term`, fused where that is free.
+    fn mul_add(self, factor: Self, term: Self) -> Self;
+    /// Whether `self` < `other`; not where either is NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// Where both are.
+    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// `a` where `mask` is, else `b`.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+    /// The angle of the point (`x`, `self`), in ±π.
+    fn atan2(self, x: Self) -> Self;
+    /// e to the power of `self`.
+    fn exp(self) -> Self;
+    /// The sine, of angles within ±1000.
+    fn sin(self) -> Self;
+    /// The cosine, of angles within ±1000.
+    fn cos(self) -> Self;
 
-impl Real for f32 {
+    /// 0.
     #[inline(always)]
-    fn of(x: f64) -> Self {
-        x as f32
+    fn zero() -> Self {
+        Self::of(0.0)
     }
-    #[inline(always)]
-    fn to_double(self) -> f64 {
-        f64::from(self)
-    }
-}
 
-impl Real for f64 {
+    /// 1.
     #[inline(always)]
-    fn of(x: f64) -> Self {
-        x
-    }
-    #[inline(always)]
-    fn to_double(self) -> f64 {
-        self
+    fn one() -> Self {
+        Self::of(1.0)
     }
 }
 
@@ -41,14 +71,20 @@ pub type Vec3<R> = [R; 3];
 
 /// Scalar product.
 #[inline(always)]
-pub fn dot<R: Real>(a: Vec3<R>, b: Vec3<R>) -> R {
+pub fn dot<R: Lanes>(a: Vec3<R>, b: Vec3<R>) -> R {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// `f` of every component. (Inlined for certain, which `map` of arrays is not: see [`simd::Kernel`].)
+#[inline(always)]
+pub fn each<A, B>([x, y, z]: [A; 3], f: impl Fn(A) -> B) -> [B; 3] {
+    [f(x), f(y), f(z)]
 }
 
 /// √(x² + y²) without the scaling of `hypot`: directions are unit vectors, so nothing overflows, and squares that
 /// underflow belong to components that no longer matter.
 #[inline(always)]
-pub fn norm2<R: Real>(x: R, y: R) -> R {
+pub fn norm2<R: Lanes>(x: R, y: R) -> R {
     (x * x + y * y).sqrt()
 }
 
@@ -56,7 +92,7 @@ pub fn norm2<R: Real>(x: R, y: R) -> R {
 pub fn normalized<R: Real>(v: Vec3<R>) -> Option<Vec3<R>> {
     // Scaling by the largest component first keeps denormal and huge input exact.
     let largest = v[0].abs().max(v[1].abs()).max(v[2].abs());
-    if !(largest > R::zero()) || !v.iter().all(|x| x.is_finite()) {
+    if !(largest > R::zero()) || !v.iter().all(|x| x.to_double().is_finite()) {
         return None;
     }
     let v = v.map(|x| x / largest);

@@ -25,6 +25,9 @@ const REACH: f64 = 3.0;
 /// Bisections of a panel: 2⁻⁴⁰ of 180° is below the spacing of f64 tilts near 90°.
 const MAX_DEPTH: u32 = 40;
 
+/// Errors below this do not count: a fraction of what is almost denormal would not be one that halving reaches.
+const DARK: f64 = 1e-200;
+
 static NODES: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
     let rule = GaussLegendre::new(ORDER.try_into().expect("a positive order"));
     rule.as_node_weight_pairs().to_vec()
@@ -71,8 +74,8 @@ pub fn mean_response(
         .iter()
         .fold(single, |sum, panel| sum.plus(1.0, panel.value));
     let allowed = Response {
-        surface: tolerance * (estimate.surface + 1e-3 * estimate.volume),
-        volume: tolerance * (estimate.volume + 1e-3 * estimate.surface),
+        surface: (tolerance * (estimate.surface + 1e-3 * estimate.volume)).max(DARK),
+        volume: (tolerance * (estimate.volume + 1e-3 * estimate.surface)).max(DARK),
     };
     panels.iter().fold(single, |sum, panel| {
         sum.plus(1.0, panel.refine(allowed, 0, &integrand))
@@ -93,7 +96,7 @@ impl Cuts {
         let quarter = std::f64::consts::FRAC_PI_2;
         let visible = (-quarter - psi_i.min(psi_r), quarter - psi_i.max(psi_r));
 
-        let mut kinks = vec![-0.5 * (psi_i + psi_r)];
+        let mut kinks: Vec<f64> = vec![-0.5 * (psi_i + psi_r)];
         for sign in [1.0, -1.0] {
             let sin = wi[1] * wr[2] - sign * wr[1] * wi[2];
             let cos = wi[1] * wr[0] - sign * wr[1] * wi[0];

@@ -1,6 +1,7 @@
 //! Direct evaluation of reflectance models: the truth that tables approximate.
 
 mod adaptive;
+mod placed;
 mod sadeghi;
 
 pub use adaptive::mean_response;

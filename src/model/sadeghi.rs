@@ -3,19 +3,24 @@
 //! S_j and V_j are means over the tangents of thread j of the closed forms in [`crate::brdf`], which also has their sum
 //! over threads ([`Weave`]). Published parameters make the model neither reciprocal nor energy conserving.
 
-use super::{Model, adaptive::mean_response};
+use super::{Model, adaptive::mean_response, placed::PlacedNodes};
 use crate::brdf::{
     Components, Optics, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair,
     ThreadResponse, Weave,
 };
 use crate::fabric::Fabric;
-use crate::math::{Real, Vec3, norm2};
+use crate::math::simd::{
+    Colours, Directions, Level, PairFunction, Row, Vector, at_pair, map_pairs,
+};
+use crate::math::{Lanes, Real, Vec3, each, norm2};
 
 /// How the means over a thread's tangents are taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rule {
     /// That many midpoints of equal length along the tangent curve, for Q too; the thesis takes 50.
     Midpoint(u32),
+    /// That many tilts per segment, placed for each pair, and Q in closed form.
+    Quadrature(u32),
     /// Adaptive Gauss–Legendre in f64 to a relative tolerance, and Q in closed form.
     Adaptive(f64),
 }
@@ -48,7 +53,11 @@ struct Thread<R> {
 #[derive(Debug, Clone)]
 enum Tangents<R> {
     /// (cos δ, sin δ) of equally weighted tilts.
-    Midpoints(Vec<(R, R)>),
+    Midpoints(Vec<[R; 2]>),
+    Placed {
+        nodes: PlacedNodes<R>,
+        curve: TangentCurve<R>,
+    },
     Adaptive {
         curve: TangentCurve<f64>,
         optics: Optics<f64>,
@@ -70,10 +79,14 @@ impl<R: Real> Sadeghi<R> {
                     let tilts = thread.midpoints(samples.max(1));
                     Tangents::Midpoints(
                         tilts
-                            .map(|delta| (R::of(delta.cos()), R::of(delta.sin())))
+                            .map(|delta| [R::of(delta.cos()), R::of(delta.sin())])
                             .collect(),
                     )
                 }
+                Rule::Quadrature(nodes) => Tangents::Placed {
+                    nodes: PlacedNodes::new(&thread.tangents(), nodes as usize),
+                    curve: thread.tangents(),
+                },
                 Rule::Adaptive(tolerance) => Tangents::Adaptive {
                     curve: thread.tangents(),
                     optics: thread.optics,
@@ -94,7 +107,7 @@ impl<R: Real> Sadeghi<R> {
     /// surface.
     pub fn components(&self, wi: Vec3<R>, wr: Vec3<R>) -> Components<R> {
         let mut threads = Vec::with_capacity(self.threads.len());
-        let weave = self.weave(wi, wr, |thread| threads.push(thread));
+        let weave = self.weave(wi, wr, |thread| threads.push(thread), Thread::response);
         Components {
             threads,
             q: weave.q,
@@ -102,70 +115,176 @@ impl<R: Real> Sadeghi<R> {
         }
     }
 
-    fn weave(&self, wi: Vec3<R>, wr: Vec3<R>, mut each: impl FnMut(ThreadResponse<R>)) -> Weave<R> {
-        let above = wi[2] > R::zero() && wr[2] > R::zero();
-        let mut weave = Weave::new(self.gap, if above { wr[2] } else { R::zero() });
+    #[inline(always)]
+    fn weave<L: Lanes>(
+        &self,
+        wi: Vec3<L>,
+        wr: Vec3<L>,
+        mut each_thread: impl FnMut(ThreadResponse<L>),
+        response: impl Fn(&Thread<R>, &Self, Vec3<L>, Vec3<L>) -> ThreadResponse<L>,
+    ) -> Weave<L> {
+        let above = L::both(L::zero().lt(wi[2]), L::zero().lt(wr[2]));
+        let mut weave = Weave::new(splat(self.gap), L::select(above, wr[2], L::zero()));
         for thread in &self.threads {
-            let response = if above {
-                self.thread_response(thread, wi, wr)
-            } else {
-                ThreadResponse::zero()
+            let frame = thread.frame.cast::<L>();
+            let all = response(thread, self, frame.to_thread(wi), frame.to_thread(wr));
+            let response = ThreadResponse {
+                response: Response {
+                    surface: L::select(above, all.response.surface, L::zero()),
+                    volume: L::select(above, all.response.volume, L::zero()),
+                },
+                projection: L::select(above, all.projection, L::zero()),
             };
-            weave.add(thread.coverage, thread.albedo, &response);
-            each(response);
+            weave.add(
+                splat(thread.coverage),
+                each(thread.albedo, splat),
+                &response,
+            );
+            each_thread(response);
         }
         weave
     }
+}
 
-    fn thread_response(&self, thread: &Thread<R>, wi: Vec3<R>, wr: Vec3<R>) -> ThreadResponse<R> {
-        let (wi, wr) = (thread.frame.to_thread(wi), thread.frame.to_thread(wr));
-        match &thread.tangents {
+/// The same number in every lane.
+#[inline(always)]
+fn splat<R: Real, L: Lanes>(x: R) -> L {
+    L::of(x.to_double())
+}
+
+impl<R: Real> Thread<R> {
+    /// The thread's part for a pair in its coordinates, by any rule.
+    fn response(&self, model: &Sadeghi<R>, wi: Vec3<R>, wr: Vec3<R>) -> ThreadResponse<R> {
+        let Tangents::Adaptive {
+            curve,
+            optics,
+            sigma_u,
+            tolerance,
+        } = &self.tangents
+        else {
+            return self.response_in_lanes(model, wi, wr);
+        };
+        let (wi, wr) = (wi.map(R::to_double), wr.map(R::to_double));
+        let pair = ThreadPair::new(wi, wr, *sigma_u);
+        let Response { surface, volume } = mean_response(&pair, optics, curve, *tolerance);
+        let projection = match model.reweighting {
+            Reweighting::View => curve.projection(wr),
+            Reweighting::Both => curve.joint_projection(wi, wr, pair.correlation_psi()),
+        };
+        ThreadResponse {
+            response: Response {
+                surface: R::of(surface),
+                volume: R::of(volume),
+            },
+            projection: R::of(projection),
+        }
+    }
+
+    /// The same by the rules that take the same steps for every pair; nothing by the others.
+    #[inline(always)]
+    fn response_in_lanes<L: Lanes>(
+        &self,
+        model: &Sadeghi<R>,
+        wi: Vec3<L>,
+        wr: Vec3<L>,
+    ) -> ThreadResponse<L> {
+        let pair = ThreadPair::new(wi, wr, splat(model.sigma_u));
+        let optics = self.optics.cast::<L>();
+        match &self.tangents {
             Tangents::Midpoints(tilts) => {
-                let pair = ThreadPair::new(wi, wr, self.sigma_u);
-                let weight = R::one() / R::of(tilts.len() as f64);
+                let weight = L::of(1.0 / tilts.len() as f64);
                 let r_r = norm2(wr[0], wr[2]);
                 let mut sum = ThreadResponse::zero();
-                for (cos, sin) in tilts {
-                    sum.response = sum
-                        .response
-                        .plus(weight, pair.response(&thread.optics, *cos, *sin));
+                for [cos, sin] in tilts {
+                    let (cos, sin) = (splat::<R, L>(*cos), splat::<R, L>(*sin));
+                    sum.response = sum.response.plus(weight, pair.response(&optics, cos, sin));
                     sum.projection += weight
-                        * match self.reweighting {
-                            Reweighting::View => {
-                                ((*cos * wr[2] - *sin * wr[0]) / r_r).max(R::zero())
-                            }
-                            Reweighting::Both => pair.visibility(*cos, *sin),
+                        * match model.reweighting {
+                            Reweighting::View => ((cos * wr[2] - sin * wr[0]) / r_r).max(L::zero()),
+                            Reweighting::Both => pair.visibility(cos, sin),
                         };
                 }
                 sum
             }
-            Tangents::Adaptive {
-                curve,
-                optics,
-                sigma_u,
-                tolerance,
-            } => {
-                let (wi, wr) = (wi.map(R::to_double), wr.map(R::to_double));
-                let pair = ThreadPair::new(wi, wr, *sigma_u);
-                let Response { surface, volume } = mean_response(&pair, optics, curve, *tolerance);
-                let projection = match self.reweighting {
+            Tangents::Placed { nodes, curve } => ThreadResponse {
+                response: nodes.mean_response(&pair, &optics),
+                projection: match model.reweighting {
                     Reweighting::View => curve.projection(wr),
                     Reweighting::Both => curve.joint_projection(wi, wr, pair.correlation_psi()),
-                };
-                ThreadResponse {
-                    response: Response {
-                        surface: R::of(surface),
-                        volume: R::of(volume),
-                    },
-                    projection: R::of(projection),
-                }
-            }
+                },
+            },
+            Tangents::Adaptive { .. } => ThreadResponse::zero(),
         }
     }
 }
 
 impl<R: Real> Model<R> for Sadeghi<R> {
     fn eval_cos(&self, wi: Vec3<R>, wr: Vec3<R>) -> Vec3<R> {
-        self.weave(wi, wr, |_| {}).rho()
+        self.weave(wi, wr, |_| {}, Thread::response).rho()
+    }
+}
+
+impl Sadeghi<f32> {
+    /// ρ of every pair \[1/sr\], with the widest vector instructions of the machine; see [`Model::eval_cos`].
+    ///
+    /// # Panics
+    /// When the slices are not all of one length.
+    pub fn eval_cos_batch(&self, wi: Directions<'_>, wr: Directions<'_>, rho: Colours<'_>) {
+        self.eval_cos_batch_at(Level::detect(), wi, wr, rho);
+    }
+
+    /// With a chosen instruction set; one that the machine does not have counts as [`Level::Portable`].
+    ///
+    /// # Panics
+    /// When the slices are not all of one length.
+    pub fn eval_cos_batch_at(
+        &self,
+        level: Level,
+        wi: Directions<'_>,
+        wr: Directions<'_>,
+        rho: Colours<'_>,
+    ) {
+        if self.is_in_lanes() {
+            map_pairs(level, &InLanes(self), wi, wr, rho);
+        } else {
+            let [r, g, b] = rho;
+            for pair in 0..wi[0].len() {
+                let [wi, wr] = [wi, wr].map(|w| w.map(|slice| slice[pair]));
+                [r[pair], g[pair], b[pair]] = self.eval_cos(wi, wr);
+            }
+        }
+    }
+
+    /// ρ of one pair by the approximations and instructions of [`Sadeghi::eval_cos_batch`].
+    pub fn eval_cos_fast(&self, wi: Vec3<f32>, wr: Vec3<f32>) -> Vec3<f32> {
+        if self.is_in_lanes() {
+            at_pair(&InLanes(self), wi, wr)
+        } else {
+            self.eval_cos(wi, wr)
+        }
+    }
+
+    /// Whether the rule takes the same steps for every pair.
+    fn is_in_lanes(&self) -> bool {
+        let adaptive = |thread: &Thread<f32>| matches!(thread.tangents, Tangents::Adaptive { .. });
+        !self.threads.iter().any(adaptive)
+    }
+}
+
+/// A model by a rule that takes the same steps for every pair.
+struct InLanes<'a>(&'a Sadeghi<f32>);
+
+impl PairFunction for InLanes<'_> {
+    #[inline(always)]
+    fn at<V: Vector, R: Row>(&self, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
+        self.0
+            .weave(
+                wi,
+                wr,
+                |_| {},
+                #[inline(always)]
+                |thread, model, wi, wr| thread.response_in_lanes(model, wi, wr),
+            )
+            .rho()
     }
 }

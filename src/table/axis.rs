@@ -1,271 +1,292 @@
-//! One axis of a table: where its nodes are, and how to interpolate between them.
+//! One coordinate of a grid: quadratic splines between knots.
+//!
+//! A function of the coordinate is Σ c_k B_k, where B_k are the quadratic B-splines of the knots. Three of them are not
+//! zero in a cell; with t from 0 to 1 across it,
+//!
+//! ```text
+//! B_k = f (1−t)²,    B_k+2 = r t²,    B_k+1 = 1 − B_k − B_k+2       f = h/(h₋+h), r = h/(h+h₊)
+//! ```
+//!
+//! for a cell of width h between cells of widths h₋ and h₊, which are 0 beyond the ends. So the sum is smooth (C¹) across
+//! knots, and at the ends it is the first and the last coefficient. Where functions bend, at a knot that is a kink, the
+//! neighbour's width counts as 0 too: left and right share a coefficient there and nothing else.
+//!
+//! Why quadratic: three coefficients per axis make 27 rows of 3 in four dimensions, against 64 rows of 4 for cubics, and
+//! what is interpolated has few continuous derivatives. `table/mod.rs` has the measurements.
 
 use alloc::{vec, vec::Vec};
 
-/// The largest number of nodes on an axis.
-pub const MAX_NODES: usize = 1024;
+use crate::math::simd::Vector;
 
-/// How many nodes a value between two of them is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "bake",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "lowercase")
-)]
-pub enum Interpolation {
-    /// Two: exact for straight lines.
-    Linear,
-    /// Four: the cubic through them. Next to the ends and to kinks the four are the nearest on the same side.
-    Cubic,
-}
+/// Knots are multiples of 2 to the power of minus this, at the finest.
+pub const MAX_DEPTH: u32 = 14;
+/// The most knots of an axis.
+pub const MAX_KNOTS: usize = 1024;
 
-impl Interpolation {
-    /// Nodes per value.
-    pub const fn taps(self) -> usize {
-        match self {
-            Self::Linear => 2,
-            Self::Cubic => 4,
-        }
-    }
-}
-
-/// Nodes on \[0, 1\] in ascending order, with what makes looking up a coordinate fast.
-///
-/// Interpolation weights are Lagrange's. Within a cell they are cubics of the position t ∈ \[0, 1\] in the cell, whose
-/// coefficients are worked out once, so that uneven nodes, ends and kinks cost nothing per lookup.
+/// Knots of one axis, ready for lookup.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    nodes: Vec<f32>,
-    interpolation: Interpolation,
+    depth: u32,
+    knots: Vec<u16>,
+    /// Index of the knot at which functions bend.
+    kink: Option<usize>,
+    /// First coefficient of the cell by 2^depth-ths of the coordinate, and once more for 1.
+    firsts: Vec<u32>,
+    /// By first coefficient. (At a kink one index is skipped.)
     cells: Vec<Cell>,
-    /// `buckets[⌊x · (len − 1)⌋]` is the cell that holds the lower end of that stretch of \[0, 1\].
-    buckets: Vec<u16>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A cell between knots.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Cell {
     start: f32,
     inverse_width: f32,
-    /// First of the nodes that are interpolated.
-    first: u16,
-    /// `coefficients[k][j]`: what t^k contributes to the weight of node `first + j`.
-    coefficients: [[f32; 4]; 4],
+    /// f and r.
+    falling: f32,
+    rising: f32,
 }
 
-/// Nodes and weights that make up the value at a coordinate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stencil {
-    /// Index of the first node.
-    pub first: usize,
-    /// Weights of that node and the following; those past [`Interpolation::taps`] are zero.
-    pub weights: [f32; 4],
-}
+/// How many coefficients make up a value along an axis.
+pub(crate) const TAPS: usize = 3;
 
 impl Axis {
-    /// An axis with `nodes` ascending strictly within \[0, 1\], at least two, that interpolates on either side of `kink`
-    /// alone if that is a node.
+    /// An axis with ascending `knots` in units of 2^−`depth`, at least two, within \[0, 1\]; functions may bend at the
+    /// inner knot ½ if `has_kink`.
     ///
-    /// Returns `None` when the nodes are not so.
-    pub fn new(nodes: Vec<f32>, interpolation: Interpolation, kink: Option<f32>) -> Option<Self> {
-        let ascending = nodes.windows(2).all(|pair| pair[0] < pair[1]);
-        let inside = nodes.iter().all(|node| (0.0..=1.0).contains(node));
-        if nodes.len() < 2 || nodes.len() > MAX_NODES || !ascending || !inside {
+    /// Returns `None` when the knots are not so.
+    pub fn new(depth: u32, knots: Vec<u16>, has_kink: bool) -> Option<Self> {
+        let ascending = knots.windows(2).all(|pair| pair[0] < pair[1]);
+        if depth > MAX_DEPTH || !(2..=MAX_KNOTS).contains(&knots.len()) || !ascending {
             return None;
         }
-        let kink = kink.and_then(|kink| nodes.iter().position(|node| *node == kink));
-        let last = nodes.len() - 1;
-        let cells = (0..last).map(|cell| {
-            // The side of the kink that the cell is on.
-            let (low, high) = match kink {
-                Some(kink) if cell < kink => (0, kink),
-                Some(kink) => (kink, last),
-                None => (0, last),
-            };
-            let taps = interpolation.taps().min(high - low + 1);
-            let first = (cell + 1)
-                .saturating_sub(taps / 2)
-                .clamp(low, high + 1 - taps);
-            // Four values are always read, so the stencil must not run past the end.
-            let read = (interpolation.taps()).min(nodes.len());
-            let shifted = first.min(nodes.len() - read);
-            Cell::new(&nodes, cell, first, taps, shifted)
-        });
-        let cells: Vec<Cell> = cells.collect();
-        let count = (4 * nodes.len()).next_power_of_two();
-        let mut buckets = vec![0u16; count + 1];
-        let mut cell = 0;
-        for (k, bucket) in buckets.iter_mut().enumerate() {
-            let lower = k as f32 / count as f32;
-            while cell + 1 < cells.len() && cells[cell + 1].start <= lower {
-                cell += 1;
-            }
-            *bucket = cell as u16;
+        let unit = 1u32 << depth;
+        if knots.last().is_none_or(|last| u32::from(*last) > unit) {
+            return None;
         }
-        Some(Self {
-            nodes,
-            interpolation,
-            cells,
-            buckets,
-        })
+        let inner = 1..knots.len() - 1;
+        let kink = inner
+            .into_iter()
+            .find(|k| has_kink && 2 * u32::from(knots[*k]) == unit);
+
+        let cells = knots.len() - 1;
+        let length = cells + usize::from(kink.is_some());
+        let mut axis = Self {
+            depth,
+            kink,
+            firsts: vec![0; unit as usize + 1],
+            cells: vec![Cell::default(); length],
+            knots,
+        };
+        for cell in 0..cells {
+            let first = axis.first_of(cell);
+            let start = usize::from(axis.knots[cell]);
+            axis.firsts[start..].fill(first as u32);
+            let [falling, rising] = axis.slopes(cell);
+            axis.cells[first] = Cell {
+                start: start as f32 / unit as f32,
+                inverse_width: unit as f32 / f32::from(axis.width(cell)),
+                falling: falling as f32,
+                rising: rising as f32,
+            };
+        }
+        Some(axis)
     }
 
-    /// The nodes.
-    pub fn nodes(&self) -> &[f32] {
-        &self.nodes
+    /// The knots, ascending within \[0, 1\].
+    pub fn knots(&self) -> impl ExactSizeIterator<Item = f64> {
+        let unit = f64::from(1u32 << self.depth);
+        self.knots.iter().map(move |knot| f64::from(*knot) / unit)
     }
 
-    /// How many nodes there are.
+    /// The knots in units of 2 to the power of minus [`Axis::depth`].
+    pub fn integer_knots(&self) -> &[u16] {
+        &self.knots
+    }
+
+    /// Knots are multiples of 2 to the power of minus this.
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+
+    /// How many coefficients there are.
     #[expect(clippy::len_without_is_empty, reason = "an axis is never empty")]
     pub fn len(&self) -> usize {
-        self.nodes.len()
+        self.knots.len() + 1 + usize::from(self.kink.is_some())
     }
 
-    /// How values between nodes are made.
-    pub fn interpolation(&self) -> Interpolation {
-        self.interpolation
-    }
-
-    /// Nodes that are read per value: [`Interpolation::taps`], or all there are.
-    #[inline(always)]
-    pub fn taps(&self) -> usize {
-        self.interpolation.taps().min(self.nodes.len())
-    }
-
-    /// The nodes and weights of coordinate `x`; outside the nodes' range, those of its end. NaN counts as below.
-    #[inline(always)]
-    pub fn stencil(&self, x: f32) -> Stencil {
-        let buckets = self.buckets.len() - 1;
-        // Rust's float-to-integer conversion saturates, and takes NaN to 0.
-        let mut cell = usize::from(self.buckets[((x * buckets as f32) as usize).min(buckets)]);
-        while cell + 1 < self.cells.len() && self.cells[cell + 1].start <= x {
-            cell += 1;
-        }
-        let Cell {
-            start,
-            inverse_width,
-            first,
-            coefficients: c,
-        } = &self.cells[cell];
-        #[expect(
-            clippy::manual_clamp,
-            reason = "max before min turns NaN into 0, clamp would keep it"
-        )]
-        let t = ((x - start) * inverse_width).max(0.0).min(1.0);
-        let mut weights = [0.0; 4];
-        for (j, weight) in weights.iter_mut().enumerate() {
-            *weight = ((c[3][j] * t + c[2][j]) * t + c[1][j]) * t + c[0][j];
-        }
-        Stencil {
-            first: usize::from(*first),
-            weights,
-        }
-    }
-}
-
-impl Cell {
-    /// The cell between nodes `cell` and `cell + 1`, interpolating `taps` nodes from `from` on, with weights stored as
-    /// of the nodes from `first` ≤ `from` on.
-    fn new(nodes: &[f32], cell: usize, from: usize, taps: usize, first: usize) -> Self {
-        let (start, end) = (f64::from(nodes[cell]), f64::from(nodes[cell + 1]));
-        let t_of = |node: usize| (f64::from(nodes[node]) - start) / (end - start);
-        let mut coefficients = [[0.0f32; 4]; 4];
-        for j in from..from + taps {
-            // Π (t − t_m)/(t_j − t_m), multiplied out.
-            let mut polynomial = [1.0, 0.0, 0.0, 0.0];
-            for m in (from..from + taps).filter(|m| *m != j) {
-                let (t_m, scale) = (t_of(m), 1.0 / (t_of(j) - t_of(m)));
-                for k in (0..4).rev() {
-                    let lower = if k > 0 { polynomial[k - 1] } else { 0.0 };
-                    polynomial[k] = scale * (lower - t_m * polynomial[k]);
-                }
-            }
-            for k in 0..4 {
-                coefficients[k][j - first] = polynomial[k] as f32;
+    /// The places at which values determine the coefficients, one per coefficient and in their order: the ends, the kink
+    /// and the middles of cells.
+    pub fn sites(&self) -> Vec<f64> {
+        let knots: Vec<f64> = self.knots().collect();
+        let mut sites = vec![knots[0]];
+        for (cell, ends) in knots.windows(2).enumerate() {
+            sites.push(0.5 * (ends[0] + ends[1]));
+            if self.kink == Some(cell + 1) {
+                sites.push(ends[1]);
             }
         }
-        Self {
-            start: start as f32,
-            inverse_width: (1.0 / (end - start)) as f32,
-            first: first as u16,
-            coefficients,
+        sites.push(knots[knots.len() - 1]);
+        sites
+    }
+
+    /// Turns values at [`Axis::sites`] into coefficients, `channels` interleaved functions at once.
+    ///
+    /// # Panics
+    /// When there are not [`Axis::len`] · `channels` values.
+    pub fn solve(&self, values: &mut [f64], channels: usize) {
+        assert_eq!(values.len(), self.len() * channels);
+        // At the middle of a cell B = f/4, 1 − (f+r)/4, r/4: one row of a diagonally dominant tridiagonal matrix. At the
+        // ends and the kink the value is the coefficient. Forward elimination …
+        let mut upper = vec![0.0; self.len()];
+        for cell in 0..self.knots.len() - 1 {
+            let row = self.first_of(cell) + 1;
+            let [falling, rising] = self.slopes(cell).map(|slope| 0.25 * slope);
+            let pivot = 1.0 / (1.0 - falling - rising - falling * upper[row - 1]);
+            upper[row] = rising * pivot;
+            for channel in 0..channels {
+                let [before, here] = [row - 1, row].map(|row| row * channels + channel);
+                values[here] = (values[here] - falling * values[before]) * pivot;
+            }
         }
+        // … and back.
+        for row in (0..self.len() - 1).rev() {
+            for channel in 0..channels {
+                let [here, after] = [row, row + 1].map(|row| row * channels + channel);
+                values[here] -= upper[row] * values[after];
+            }
+        }
+    }
+
+    /// The first of the three coefficients at coordinates within \[0, 1\]; NaN counts as 0.
+    #[inline(always)]
+    pub(crate) fn first<V: Vector>(&self, u: V) -> V::Index {
+        // Scaling by a power of two is exact, so that u lies in the cell that is found.
+        V::gather(
+            &self.firsts,
+            (u * V::of(f64::from(1u32 << self.depth))).truncate(),
+        )
+    }
+
+    /// The weights of the three coefficients from `first` on, at a coordinate for which it is that.
+    #[inline(always)]
+    pub(crate) fn weights(&self, first: u32, u: f32) -> [f32; TAPS] {
+        let cell = &self.cells[first as usize];
+        let t = (u - cell.start) * cell.inverse_width;
+        let s = 1.0 - t;
+        let (falling, rising) = (cell.falling * s * s, cell.rising * t * t);
+        [falling, 1.0 - falling - rising, rising]
+    }
+
+    fn width(&self, cell: usize) -> u16 {
+        self.knots[cell + 1] - self.knots[cell]
+    }
+
+    /// First coefficient of a cell.
+    fn first_of(&self, cell: usize) -> usize {
+        cell + usize::from(self.kink.is_some_and(|kink| cell >= kink))
+    }
+
+    /// f and r of a cell.
+    fn slopes(&self, cell: usize) -> [f64; 2] {
+        let width = f64::from(self.width(cell));
+        let ends_at =
+            |knot: usize| knot == 0 || knot == self.knots.len() - 1 || self.kink == Some(knot);
+        let beyond = |knot: usize, cell: usize| {
+            if ends_at(knot) {
+                0.0
+            } else {
+                f64::from(self.width(cell))
+            }
+        };
+        let before = beyond(cell, cell.wrapping_sub(1));
+        let after = beyond(cell + 1, cell + 1);
+        [width / (before + width), width / (width + after)]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::simd::Single;
 
-    fn interpolate(axis: &Axis, x: f32, f: impl Fn(f32) -> f32) -> f32 {
-        let Stencil { first, weights } = axis.stencil(x);
-        (0..axis.taps())
-            .map(|j| weights[j] * f(axis.nodes()[first + j]))
+    fn value(axis: &Axis, coefficients: &[f64], u: f32) -> f32 {
+        let [first] = axis.first(Single(u));
+        let weights = axis.weights(first, u);
+        (0..TAPS)
+            .map(|k| weights[k] * coefficients[first as usize + k] as f32)
             .sum()
     }
 
-    fn uneven() -> Vec<f32> {
-        vec![0.0, 0.1, 0.15, 0.3, 0.5, 0.52, 0.7, 0.95, 1.0]
+    fn fit(axis: &Axis, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut values: Vec<f64> = axis.sites().into_iter().map(f).collect();
+        axis.solve(&mut values, 1);
+        values
+    }
+
+    fn uneven() -> Vec<u16> {
+        vec![0, 6, 10, 20, 32, 33, 44, 60, 64]
     }
 
     #[test]
-    fn cubic_interpolation_is_exact_for_cubics_and_for_kinks_at_a_node() {
-        let axis = Axis::new(uneven(), Interpolation::Cubic, Some(0.5)).unwrap();
-        let f = |x: f32| {
+    fn quadratics_and_their_kinks_are_reproduced() {
+        let axis = Axis::new(6, uneven(), true).unwrap();
+        let f = |x: f64| {
             if x < 0.5 {
-                1.125 + (x - 0.5) * x * x
+                1.0 + x * x
             } else {
-                1.125 + (x - 0.5) * (3.0 - x * x)
+                1.25 + (x - 0.5) * (3.0 - x)
             }
         };
+        let coefficients = fit(&axis, f);
+        assert_eq!(coefficients.len(), axis.len());
         for k in 0..=1000 {
-            let x = k as f32 / 1000.0;
-            assert!((interpolate(&axis, x, f) - f(x)).abs() < 2e-6, "{x}");
+            let x = f64::from(k) / 1000.0;
+            assert!(
+                (f64::from(value(&axis, &coefficients, x as f32)) - f(x)).abs() < 1e-6,
+                "{x}"
+            );
         }
     }
 
     #[test]
-    fn linear_interpolation_meets_the_nodes() {
-        let axis = Axis::new(uneven(), Interpolation::Linear, None).unwrap();
-        for node in uneven() {
-            assert!((interpolate(&axis, node, |x| x * x) - node * node).abs() < 1e-6);
-        }
-    }
-
-    #[test]
-    fn few_nodes_lower_the_order_but_never_leave_the_axis() {
-        for count in 2..6usize {
-            let nodes: Vec<f32> = (0..count).map(|k| k as f32 / (count - 1) as f32).collect();
-            for kink in nodes.iter().map(|node| Some(*node)).chain([None]) {
-                let axis = Axis::new(nodes.clone(), Interpolation::Cubic, kink).unwrap();
-                for k in -10..=20 {
-                    let x = k as f32 / 10.0;
-                    let Stencil { first, weights } = axis.stencil(x);
-                    assert!(first + axis.taps() <= count);
-                    assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
-                    assert!((interpolate(&axis, x, |x| x) - x.clamp(0.0, 1.0)).abs() < 1e-5);
-                }
+    fn values_at_sites_are_met_by_any_function() {
+        for kink in [false, true] {
+            let axis = Axis::new(6, uneven(), kink).unwrap();
+            let f = |x: f64| (17.0 * x).sin();
+            let coefficients = fit(&axis, f);
+            for site in axis.sites() {
+                let error = f64::from(value(&axis, &coefficients, site as f32)) - f(site);
+                assert!(error.abs() < 1e-6, "{site}: {error}");
             }
         }
     }
 
     #[test]
-    fn a_coordinate_that_is_no_number_is_looked_up_like_the_lower_end() {
-        let axis = Axis::new(uneven(), Interpolation::Cubic, None).unwrap();
-        assert_eq!(axis.stencil(f32::NAN), axis.stencil(0.0));
-        assert_eq!(axis.stencil(f32::INFINITY), axis.stencil(1.0));
+    fn splines_are_smooth_across_knots() {
+        let axis = Axis::new(6, uneven(), false).unwrap();
+        let coefficients = fit(&axis, |x| (9.0 * x).sin());
+        for knot in axis.knots().skip(1).take(7) {
+            let h = 1e-3;
+            let [before, at, after] =
+                [-h, 0.0, h].map(|h| value(&axis, &coefficients, knot as f32 + h));
+            assert!((after - 2.0 * at + before).abs() < 500.0 * h * h, "{knot}");
+        }
     }
 
     #[test]
-    fn disordered_nodes_are_refused() {
-        for nodes in [
-            vec![],
-            vec![0.5],
-            vec![0.0, 0.0],
-            vec![0.5, 0.2],
-            vec![0.0, 1.5],
-            vec![0.0, f32::NAN],
-        ] {
-            assert!(Axis::new(nodes, Interpolation::Linear, None).is_none());
+    fn two_knots_suffice_and_coordinates_that_are_no_numbers_are_looked_up() {
+        let axis = Axis::new(0, vec![0, 1], true).unwrap();
+        let coefficients = fit(&axis, |x| x * x - x);
+        assert!((value(&axis, &coefficients, 0.25) + 0.1875).abs() < 1e-6);
+        let [first] = axis.first(Single(f32::NAN));
+        assert_eq!(first, 0);
+    }
+
+    #[test]
+    fn disordered_knots_are_refused() {
+        for knots in [vec![], vec![5], vec![0, 0], vec![5, 2], vec![0, 65]] {
+            assert!(Axis::new(6, knots, false).is_none());
         }
+        assert!(Axis::new(MAX_DEPTH + 1, vec![0, 1], false).is_none());
     }
 }

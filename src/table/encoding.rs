@@ -1,10 +1,10 @@
-//! How a value of a table is stored.
+//! How a coefficient of a table is stored.
 
 use alloc::vec::Vec;
 
-use half::f16;
+use super::grid::PADDING;
 
-/// What a stored number is of the value it stands for.
+/// What a stored number is of the coefficient it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bake",
@@ -12,49 +12,68 @@ use half::f16;
     serde(rename_all = "kebab-case")
 )]
 pub enum Encoding {
-    /// Value / scale as f32.
+    /// Of the value, f32.
     F32,
-    /// Value / scale as f16.
-    F16,
-    /// √(value / scale) as f16. Interpolation is of the root, which bends less than a lobe does.
-    SqrtF16,
+    /// Of the value, 16-bit integer.
+    I16,
+    /// Of the value's square root, f32.
+    SqrtF32,
+    /// Of the value's square root, 16-bit integer. A root bends less than a lobe does.
+    SqrtI16,
+    /// Of the value's square root, 8-bit integer.
+    SqrtI8,
 }
 
 impl Encoding {
     /// All encodings.
-    pub const ALL: [Self; 3] = [Self::F32, Self::F16, Self::SqrtF16];
+    pub const ALL: [Self; 5] = [
+        Self::F32,
+        Self::I16,
+        Self::SqrtF32,
+        Self::SqrtI16,
+        Self::SqrtI8,
+    ];
 
     /// Bytes per stored number.
     pub const fn bytes(self) -> usize {
         match self {
-            Self::F32 => 4,
-            Self::F16 | Self::SqrtF16 => 2,
+            Self::F32 | Self::SqrtF32 => 4,
+            Self::I16 | Self::SqrtI16 => 2,
+            Self::SqrtI8 => 1,
         }
     }
 
-    /// The number to store for a value that has been divided by its scale.
+    /// Whether splines are of the square root.
+    pub const fn is_root(self) -> bool {
+        matches!(self, Self::SqrtF32 | Self::SqrtI16 | Self::SqrtI8)
+    }
+
+    /// The largest stored number: coefficients are divided by their scale and multiplied by it.
+    pub const fn unit(self) -> f64 {
+        match self {
+            Self::F32 | Self::SqrtF32 => 1.0,
+            Self::I16 | Self::SqrtI16 => 32_767.0,
+            Self::SqrtI8 => 127.0,
+        }
+    }
+
+    /// The quantity that splines are of, for a value.
     pub fn encode(self, value: f64) -> f64 {
-        match self {
-            Self::F32 | Self::F16 => value,
-            Self::SqrtF16 => num_traits::Float::sqrt(value.max(0.0)),
+        if self.is_root() {
+            num_traits::Float::sqrt(value.max(0.0))
+        } else {
+            value
         }
     }
 
-    /// By how much a value grows with its stored number, there.
-    pub fn slope(self, stored: f64) -> f64 {
-        match self {
-            Self::F32 | Self::F16 => 1.0,
-            Self::SqrtF16 => 2.0 * stored,
-        }
-    }
-
-    /// The value, before its scale, of an interpolated stored number. Cubics overshoot: below zero there is no light.
+    /// The value of a quantity that splines are of. They overshoot: below zero there is no light.
     #[inline(always)]
-    pub fn decode(self, stored: f32) -> f32 {
-        let stored = stored.max(0.0);
-        match self {
-            Self::F32 | Self::F16 => stored,
-            Self::SqrtF16 => stored * stored,
+    pub fn decode<R: crate::math::Lanes>(self, quantity: R) -> R {
+        let quantity = quantity.max(R::zero());
+        if self.is_root() {
+            quantity * quantity
+        } else {
+            quantity
         }
     }
 }
@@ -62,18 +81,28 @@ impl Encoding {
 /// The stored numbers of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
-    /// Of [`Encoding::F32`].
+    /// Of 32-bit floats.
     F32(Vec<f32>),
-    /// Of the others.
-    F16(Vec<f16>),
+    /// Of 16-bit integers.
+    I16(Vec<i16>),
+    /// Of 8-bit integers.
+    I8(Vec<i8>),
 }
 
 impl Samples {
-    /// Stores encoded numbers.
+    /// Stores numbers of magnitude up to [`Encoding::unit`], and the zeros that a grid's samples end with.
     pub fn store(encoding: Encoding, numbers: impl Iterator<Item = f64>) -> Self {
+        let numbers = numbers.chain(core::iter::repeat_n(0.0, PADDING));
         match encoding {
-            Encoding::F32 => Self::F32(numbers.map(|x| x as f32).collect()),
-            Encoding::F16 | Encoding::SqrtF16 => Self::F16(numbers.map(f16::from_f64).collect()),
+            Encoding::F32 | Encoding::SqrtF32 => Self::F32(numbers.map(|x| x as f32).collect()),
+            Encoding::I16 | Encoding::SqrtI16 => Self::I16(
+                numbers
+                    .map(|x| num_traits::Float::round(x) as i16)
+                    .collect(),
+            ),
+            Encoding::SqrtI8 => {
+                Self::I8(numbers.map(|x| num_traits::Float::round(x) as i8).collect())
+            }
         }
     }
 
@@ -81,7 +110,8 @@ impl Samples {
     pub fn len(&self) -> usize {
         match self {
             Self::F32(samples) => samples.len(),
-            Self::F16(samples) => samples.len(),
+            Self::I16(samples) => samples.len(),
+            Self::I8(samples) => samples.len(),
         }
     }
 

@@ -4,18 +4,15 @@
 
 use alloc::{borrow::ToOwned, string::String, vec, vec::Vec};
 
-use half::f16;
-
-use super::grid::CHANNELS;
+use super::grid::{CHANNELS, PADDING};
 use super::{
-    Axis, Encoding, Error, Grid, Interpolation, MAX_NODES, Samples, Table, ThreadParameters,
-    ThreadTable,
+    Axis, Encoding, Error, Grid, MAX_KNOTS, Samples, Table, ThreadParameters, ThreadTable,
 };
 use crate::brdf::{Optics, Reweighting, limits};
 use crate::chart::Chart;
 
 /// Major version of the format: readers refuse what they do not know.
-pub const MAJOR: u16 = 1;
+pub const MAJOR: u16 = 2;
 /// Minor version of the format.
 pub const MINOR: u16 = 0;
 /// The most memory that samples and metadata of one file may take, whatever its header says.
@@ -94,12 +91,10 @@ impl Table {
         let metadata_chunk = grid_chunks
             .next()
             .ok_or(reader.invalid("number of chunks"))?;
-        let metadata =
-            String::from_utf8(decode(bytes, metadata_chunk, 1, "metadata")?).map_err(|_| {
-                Error::Invalid {
-                    what: "metadata is not UTF-8",
-                    offset: metadata_chunk.offset,
-                }
+        let metadata = String::from_utf8(decode(bytes, metadata_chunk, None, "metadata")?)
+            .map_err(|_| Error::Invalid {
+                what: "metadata is not UTF-8",
+                offset: metadata_chunk.offset,
             })?;
         let mut loaded = Vec::new();
         for (parameters, grid) in threads {
@@ -195,8 +190,13 @@ fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<
     Ok(())
 }
 
-/// A chunk's bytes, checked and decompressed; `word` is the size of its numbers.
-fn decode(bytes: &[u8], chunk: &Chunk, word: usize, part: &'static str) -> Result<Vec<u8>, Error> {
+/// A chunk's bytes, checked and decompressed; `word` is the size of its numbers, if it is of such.
+fn decode(
+    bytes: &[u8],
+    chunk: &Chunk,
+    word: Option<usize>,
+    part: &'static str,
+) -> Result<Vec<u8>, Error> {
     let stored = &bytes[chunk.offset..chunk.offset + chunk.stored_bytes];
     if crc32fast::hash(stored) != chunk.crc {
         return Err(Error::Checksum { part });
@@ -204,15 +204,15 @@ fn decode(bytes: &[u8], chunk: &Chunk, word: usize, part: &'static str) -> Resul
     let decoded = match chunk.codec {
         Codec::Stored => stored.to_owned(),
         Codec::Zstd => decompress(stored, chunk.decoded_bytes)?,
-        Codec::ZstdPlanes if word > 1 => {
-            join_planes(&decompress(stored, chunk.decoded_bytes)?, word)
-        }
-        Codec::ZstdPlanes => {
-            return Err(Error::Invalid {
-                what: "codec of the metadata",
-                offset: chunk.offset,
-            });
-        }
+        Codec::ZstdPlanes => match word {
+            Some(word) => join_planes(&decompress(stored, chunk.decoded_bytes)?, word),
+            None => {
+                return Err(Error::Invalid {
+                    what: "codec of the metadata",
+                    offset: chunk.offset,
+                });
+            }
+        },
     };
     if decoded.len() == chunk.decoded_bytes {
         Ok(decoded)
@@ -250,6 +250,7 @@ fn split_planes(bytes: &[u8], word: usize) -> Vec<u8> {
 /// The inverse of [`split_planes`].
 fn join_planes(planes: &[u8], word: usize) -> Vec<u8> {
     match word {
+        1 => join_words(planes, u8::from_le_bytes, u8::wrapping_add, u8::to_le_bytes),
         2 => join_words(
             planes,
             |[low, high]| u16::from_le_bytes([low, high]),
@@ -324,31 +325,17 @@ impl GridHeader {
                 offset: chunk.offset,
             });
         }
-        let decoded = decode(bytes, chunk, word, "samples")?;
-        let (samples, finite) = match self.encoding {
-            Encoding::F32 => {
-                let samples: Vec<f32> = decoded
-                    .chunks_exact(4)
-                    .map(|word| f32::from_le_bytes([word[0], word[1], word[2], word[3]]))
-                    .collect();
-                let finite = samples.iter().all(|x| x.is_finite() && *x >= 0.0);
-                (Samples::F32(samples), finite)
-            }
-            Encoding::F16 | Encoding::SqrtF16 => {
-                let samples: Vec<f16> = decoded
-                    .chunks_exact(2)
-                    .map(|word| f16::from_le_bytes([word[0], word[1]]))
-                    .collect();
-                // Non-negative finite numbers are exactly the bit patterns below infinity's.
-                let finite = samples
-                    .iter()
-                    .all(|x| x.to_bits() < f16::INFINITY.to_bits());
-                (Samples::F16(samples), finite)
-            }
+        let decoded = decode(bytes, chunk, Some(word), "samples")?;
+        let samples = match self.encoding {
+            Encoding::F32 | Encoding::SqrtF32 => Samples::F32(padded(&decoded, f32::from_le_bytes)),
+            Encoding::I16 | Encoding::SqrtI16 => Samples::I16(padded(&decoded, i16::from_le_bytes)),
+            Encoding::SqrtI8 => Samples::I8(padded(&decoded, i8::from_le_bytes)),
         };
-        if !finite {
+        if let Samples::F32(samples) = &samples
+            && !samples.iter().all(|x| (-1.0..=1.0).contains(x))
+        {
             return Err(Error::Invalid {
-                what: "a sample is negative or not finite",
+                what: "a sample is not within ±1",
                 offset: chunk.offset,
             });
         }
@@ -368,6 +355,16 @@ impl GridHeader {
             samples,
         })
     }
+}
+
+/// Little-endian numbers, and the zeros that a grid's samples end with.
+fn padded<T: Copy + Default, const N: usize>(bytes: &[u8], of: impl Fn([u8; N]) -> T) -> Vec<T> {
+    let numbers = bytes
+        .chunks_exact(N)
+        .map(|word| of(core::array::from_fn(|k| word[k])));
+    numbers
+        .chain(core::iter::repeat_n(T::default(), PADDING))
+        .collect()
 }
 
 struct Reader<'a> {
@@ -551,8 +548,10 @@ impl Reader<'_> {
         };
         let encoding = match self.u8()? {
             0 => Encoding::F32,
-            1 => Encoding::F16,
-            2 => Encoding::SqrtF16,
+            1 => Encoding::I16,
+            2 => Encoding::SqrtF32,
+            3 => Encoding::SqrtI16,
+            4 => Encoding::SqrtI8,
             _ => return Err(self.invalid("encoding")),
         };
         self.zero(1)?;
@@ -564,23 +563,20 @@ impl Reader<'_> {
             }
         }
         let mut axes = Vec::new();
-        for kink in Chart::KINKS {
-            let nodes = self.u16()? as usize;
-            let interpolation = match self.u8()? {
-                2 => Interpolation::Linear,
-                4 => Interpolation::Cubic,
-                _ => return Err(self.invalid("interpolation")),
-            };
+        for has_kink in Chart::KINKS {
+            let count = self.u16()? as usize;
+            let depth = self.u8()?;
             self.zero(1)?;
-            if nodes > MAX_NODES {
-                return Err(self.invalid("number of nodes"));
+            if count > MAX_KNOTS {
+                return Err(self.invalid("number of knots"));
             }
-            let mut places = Vec::new();
-            for _ in 0..nodes {
-                places.push(self.f32()?);
+            let mut knots = Vec::new();
+            for _ in 0..count {
+                knots.push(self.u16()?);
             }
+            self.zero(self.offset.next_multiple_of(4) - self.offset)?;
             axes.push(
-                Axis::new(places, interpolation, kink).ok_or(self.invalid("nodes of an axis"))?,
+                Axis::new(depth.into(), knots, has_kink).ok_or(self.invalid("knots of an axis"))?,
             );
         }
         let axes = <[Axis; 4]>::try_from(axes).map_err(|_| self.invalid("axes"))?;
@@ -671,9 +667,15 @@ mod write {
 
     fn sample_bytes(samples: &Samples) -> Vec<u8> {
         match samples {
-            Samples::F32(samples) => samples.iter().flat_map(|x| x.to_le_bytes()).collect(),
-            Samples::F16(samples) => samples.iter().flat_map(|x| x.to_le_bytes()).collect(),
+            Samples::F32(samples) => bytes_of(samples, |x| x.to_le_bytes()),
+            Samples::I16(samples) => bytes_of(samples, |x| x.to_le_bytes()),
+            Samples::I8(samples) => bytes_of(samples, |x| x.to_le_bytes()),
         }
+    }
+
+    fn bytes_of<T, const N: usize>(samples: &[T], of: impl Fn(&T) -> [u8; N]) -> Vec<u8> {
+        let stored = &samples[..samples.len() - PADDING];
+        stored.iter().flat_map(of).collect()
     }
 
     fn put_u32(out: &mut Vec<u8>, x: usize) {
@@ -730,20 +732,23 @@ mod write {
         out.push(u8::from(grid.folded));
         out.push(match grid.encoding {
             Encoding::F32 => 0,
-            Encoding::F16 => 1,
-            Encoding::SqrtF16 => 2,
+            Encoding::I16 => 1,
+            Encoding::SqrtF32 => 2,
+            Encoding::SqrtI16 => 3,
+            Encoding::SqrtI8 => 4,
         });
         out.push(0);
         for scale in grid.scale {
             out.extend(scale.to_le_bytes());
         }
         for axis in &grid.axes {
-            out.extend((axis.len() as u16).to_le_bytes());
-            out.push(axis.interpolation().taps() as u8);
+            out.extend((axis.integer_knots().len() as u16).to_le_bytes());
+            out.push(axis.depth() as u8);
             out.push(0);
-            for node in axis.nodes() {
-                out.extend(node.to_le_bytes());
+            for knot in axis.integer_knots() {
+                out.extend(knot.to_le_bytes());
             }
+            out.resize(out.len().next_multiple_of(4), 0);
         }
     }
 }

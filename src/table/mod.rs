@@ -13,15 +13,17 @@ mod error;
 mod format;
 mod grid;
 
-pub use axis::{Axis, Interpolation, MAX_NODES, Stencil};
+pub(crate) use axis::TAPS;
+pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS};
 pub use encoding::{Encoding, Samples};
 pub use error::Error;
 pub use format::{MAJOR, MAX_DECODED_BYTES, MINOR};
 pub use grid::Grid;
+pub(crate) use grid::{CHANNELS, ROW};
 
 use alloc::{string::String, vec::Vec};
 
-use crate::brdf::{Factors, Optics, Reweighting, TangentCurve, ThreadFrame};
+use crate::brdf::{Optics, Reweighting, TangentCurve, ThreadFrame};
 
 /// A baked fabric. Evaluation is in [`crate::lookup`].
 #[derive(Debug, Clone, PartialEq)]
@@ -85,7 +87,6 @@ pub struct ThreadTable {
     pub(crate) albedo: [f32; 3],
     pub(crate) optics: Optics<f32>,
     pub(crate) tangents: TangentCurve<f32>,
-    pub(crate) factors: Factors<f32>,
     pub(crate) grid: Option<Grid>,
 }
 
@@ -100,7 +101,6 @@ impl ThreadTable {
             frame: ThreadFrame::new(parameters.direction),
             coverage: parameters.coverage as f32,
             albedo: parameters.albedo.map(|channel| channel as f32),
-            factors: Factors::new(&optics, &tangents),
             optics,
             tangents,
             grid,

@@ -6,6 +6,7 @@ use clap::{Parser, Subcommand, ValueEnum, value_parser};
 use sateen::bake::Preset;
 use sateen::chart::Chart;
 use sateen::metrics::{DEFAULT_PAIRS, VALIDATION_SEED};
+use sateen::model::Rule;
 use sateen::table::Encoding;
 
 /// Bakes fabric BRDFs into small 4D tables, evaluates them, and tells what the approximation costs.
@@ -51,7 +52,7 @@ pub(crate) struct BakeArgs {
     /// How large and how accurate.
     #[arg(long, value_enum, default_value_t = PresetArg::Standard)]
     pub(crate) preset: PresetArg,
-    /// The four coordinates of the table [default: the preset's].
+    /// The four coordinates of the table [default: for each thread the better].
     #[arg(long, value_enum)]
     pub(crate) chart: Option<ChartArg>,
     /// How samples are stored [default: the preset's].
@@ -96,7 +97,7 @@ pub(crate) struct EvalArgs {
     /// The CSV file to write [default: stdout].
     #[arg(short, long, value_name = "CSV")]
     pub(crate) output: Option<PathBuf>,
-    /// table, midpoint:N (the thesis takes 50) or reference [default: table for a table, else reference].
+    /// table, midpoint:N (the thesis takes 50), quadrature:N (N placed tilts per segment) or reference [default: table for a table, else reference].
     #[arg(long, value_parser = parse_evaluator)]
     pub(crate) evaluator: Option<Evaluator>,
     /// Append S, V and P of every thread, and Q, too.
@@ -173,18 +174,24 @@ impl From<ChartArg> for Chart {
 pub(crate) enum EncodingArg {
     /// 32-bit floats.
     F32,
-    /// Half floats.
-    F16,
-    /// Half floats of the square root.
-    SqrtF16,
+    /// 16-bit integers.
+    I16,
+    /// 32-bit floats of the square root.
+    SqrtF32,
+    /// 16-bit integers of the square root.
+    SqrtI16,
+    /// 8-bit integers of the square root.
+    SqrtI8,
 }
 
 impl From<EncodingArg> for Encoding {
     fn from(encoding: EncodingArg) -> Self {
         match encoding {
             EncodingArg::F32 => Self::F32,
-            EncodingArg::F16 => Self::F16,
-            EncodingArg::SqrtF16 => Self::SqrtF16,
+            EncodingArg::I16 => Self::I16,
+            EncodingArg::SqrtF32 => Self::SqrtF32,
+            EncodingArg::SqrtI16 => Self::SqrtI16,
+            EncodingArg::SqrtI8 => Self::SqrtI8,
         }
     }
 }
@@ -192,21 +199,23 @@ impl From<EncodingArg> for Encoding {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Evaluator {
     Table,
-    Midpoint(u32),
-    Reference,
+    Direct(Rule),
 }
 
 const MAX_MIDPOINTS: u32 = 1_000_000;
+const MAX_NODES: u32 = 64;
 
 fn parse_evaluator(text: &str) -> Result<Evaluator, String> {
+    let within = |count: &str, most: u32, rule: fn(u32) -> Rule| match count.parse() {
+        Ok(count) if (1..=most).contains(&count) => Ok(Evaluator::Direct(rule(count))),
+        _ => Err(format!("N is 1 to {most}")),
+    };
     match text.split_once(':') {
         None if text == "table" => Ok(Evaluator::Table),
-        None if text == "reference" => Ok(Evaluator::Reference),
-        Some(("midpoint", count)) => match count.parse() {
-            Ok(count) if (1..=MAX_MIDPOINTS).contains(&count) => Ok(Evaluator::Midpoint(count)),
-            _ => Err(format!("midpoint:N takes 1 to {MAX_MIDPOINTS} samples")),
-        },
-        _ => Err("it is one of table, midpoint:N, reference".to_owned()),
+        None if text == "reference" => Ok(Evaluator::Direct(Rule::REFERENCE)),
+        Some(("midpoint", count)) => within(count, MAX_MIDPOINTS, Rule::Midpoint),
+        Some(("quadrature", count)) => within(count, MAX_NODES, Rule::Quadrature),
+        _ => Err("it is one of table, midpoint:N, quadrature:N, reference".to_owned()),
     }
 }
 
@@ -232,13 +241,20 @@ mod tests {
 
     #[test]
     fn evaluators_and_shares_are_understood() {
-        assert_eq!(parse_evaluator("midpoint:50"), Ok(Evaluator::Midpoint(50)));
-        assert_eq!(parse_evaluator("reference"), Ok(Evaluator::Reference));
+        for (text, rule) in [
+            ("midpoint:50", Rule::THESIS),
+            ("quadrature:4", Rule::Quadrature(4)),
+            ("reference", Rule::REFERENCE),
+        ] {
+            assert_eq!(parse_evaluator(text), Ok(Evaluator::Direct(rule)));
+        }
         for bad in [
             "midpoint",
             "midpoint:0",
             "midpoint:-1",
             "midpoint:9999999",
+            "quadrature:0",
+            "quadrature:65",
             "quad",
             "",
         ] {

@@ -74,7 +74,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
 fn settings(args: &BakeArgs) -> Settings {
     let mut settings = Preset::from(args.preset).settings();
     if let Some(chart) = args.chart {
-        settings.chart = chart.into();
+        settings.chart = Some(chart.into());
     }
     if let Some(encoding) = args.encoding {
         settings.encoding = encoding.into();

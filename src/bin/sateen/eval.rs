@@ -106,7 +106,7 @@ impl Source {
                     Subject::Table(table) => provenance(&table, Path::new(&args.subject))?.1,
                 };
                 let rule = match evaluator {
-                    Some(Evaluator::Midpoint(count)) => Rule::Midpoint(count),
+                    Some(Evaluator::Direct(rule)) => rule,
                     _ => Rule::REFERENCE,
                 };
                 let threads: Vec<String> = fabric

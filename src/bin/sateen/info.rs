@@ -73,9 +73,7 @@ fn thread_text(thread: &ThreadTable) -> String {
 
 fn grid_text(grid: &Grid) -> String {
     let names = grid.chart().axis_names();
-    let axis = |(axis, name): (&Axis, &str)| {
-        format!("{name} {} {}", axis.len(), name_of(&axis.interpolation()))
-    };
+    let axis = |(axis, name): (&Axis, &str)| format!("{name} {}", axis.len());
     let axes: Vec<String> = grid.axes().iter().zip(names).map(axis).collect();
     let fold = if grid.is_folded() {
         format!(", folded at {} = 0 (both ends look the same)", names[0])
@@ -83,7 +81,8 @@ fn grid_text(grid: &Grid) -> String {
         String::new()
     };
     format!(
-        "grid {} as {}, {}{fold}",
+        "{} chart, {} coefficients as {}, {}{fold}",
+        name_of(&grid.chart()),
         axes.join(" × "),
         name_of(&grid.encoding()),
         bytes(grid.bytes())
@@ -99,7 +98,7 @@ fn name_of(value: &impl serde::Serialize) -> String {
 }
 
 fn info_json(table: &Table, provenance: &Provenance, file_bytes: usize) -> Value {
-    let axis = |(axis, name): (&Axis, &str)| json!({ "name": name, "interpolation": axis.interpolation(), "nodes": axis.nodes() });
+    let axis = |(axis, name): (&Axis, &str)| json!({ "name": name, "coefficients": axis.len(), "knots": axis.knots().collect::<Vec<f64>>() });
     let grid = |grid: &Grid| {
         json!({
             "chart": grid.chart(),

@@ -1,0 +1,84 @@
+//! From pairs of directions to reflectance.
+
+use super::interpolate::segments;
+use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave};
+use crate::math::Vec3;
+use crate::math::simd::{Row, Vector};
+use crate::table::{Table, ThreadTable};
+
+/// The weave's sum for pairs in the surface frame, of which `each` sees every thread's part.
+#[inline(always)]
+pub(super) fn weave<V: Vector, R: Row>(
+    table: &Table,
+    albedos: &[[f32; 3]],
+    wi: Vec3<V>,
+    wr: Vec3<V>,
+    mut each: impl FnMut(ThreadResponse<V>),
+) -> Weave<V> {
+    let above = V::both(V::zero().lt(wi[2]), V::zero().lt(wr[2]));
+    let mut weave = Weave::new(splat(table.gap), V::select(above, wr[2], V::zero()));
+    for (index, thread) in table.threads.iter().enumerate() {
+        let albedo = albedos.get(index).unwrap_or(&thread.albedo);
+        let ThreadResponse {
+            response,
+            projection,
+        } = thread_response::<V, R>(table, thread, wi, wr);
+        let response = ThreadResponse {
+            response: Response {
+                surface: V::select(above, response.surface, V::zero()),
+                volume: V::select(above, response.volume, V::zero()),
+            },
+            projection: V::select(above, projection, V::zero()),
+        };
+        weave.add(
+            splat(thread.coverage),
+            crate::math::each(*albedo, splat),
+            &response,
+        );
+        each(response);
+    }
+    weave
+}
+
+/// The same number in every lane.
+#[inline(always)]
+pub(super) fn splat<V: Vector>(x: f32) -> V {
+    V::of(f64::from(x))
+}
+
+#[inline(always)]
+fn thread_response<V: Vector, R: Row>(
+    table: &Table,
+    thread: &ThreadTable,
+    wi: Vec3<V>,
+    wr: Vec3<V>,
+) -> ThreadResponse<V> {
+    let frame = thread.frame.cast::<V>();
+    let (wi, wr) = (frame.to_thread(wi), frame.to_thread(wr));
+    let mut response = match &thread.grid {
+        Some(grid) => segments::<V, R>(grid, wi, wr),
+        None => Response::zero(),
+    };
+    let tilts = thread.tangents.tilts();
+    let both = table.reweighting == Reweighting::Both;
+    let mut projection = V::zero();
+    if both || !tilts.is_empty() {
+        let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
+        let optics = thread.optics.cast::<V>();
+        for tilt in tilts {
+            let part = pair.response(&optics, splat(tilt.cos), splat(tilt.sin));
+            response = response.plus(splat(tilt.weight), part);
+        }
+        if both {
+            let tangents = &thread.tangents;
+            projection = tangents.joint_projection(wi, wr, pair.correlation_psi());
+        }
+    }
+    if !both {
+        projection = thread.tangents.projection(wr);
+    }
+    ThreadResponse {
+        response,
+        projection,
+    }
+}

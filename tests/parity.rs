@@ -1,0 +1,270 @@
+//! One algorithm, several instruction sets: all agree with the scalar path, pair by pair.
+
+mod common;
+
+use common::{fabric, hostile_directions, tiny_table};
+use sateen::fabric::{Fabric, LIBRARY};
+use sateen::lookup::Quantity;
+use sateen::math::simd::{Colours, Directions, Kernel, Level, Row, Vector};
+use sateen::metrics::protocol_pairs;
+use sateen::model::{Model, Rule, Sadeghi};
+
+/// Single precision carries about 1e-7, and steep places of a fabric magnify that. Relative to the value and a thousandth
+/// of the mean.
+const BOUND: f64 = 2e-3;
+/// The same on average.
+const MEAN_BOUND: f64 = 5e-6;
+
+struct Pairs {
+    wi: Vec<[f32; 3]>,
+    wr: Vec<[f32; 3]>,
+}
+
+impl Pairs {
+    /// Neither a multiple of 8 nor of 16: the last vector is not full.
+    fn protocol(fabric: &Fabric) -> Self {
+        let single = |w: [f64; 3]| w.map(|x| x as f32);
+        let pairs = protocol_pairs(fabric, 1003, 5);
+        Self {
+            wi: pairs.iter().map(|pair| single(pair.wi)).collect(),
+            wr: pairs.iter().map(|pair| single(pair.wr)).collect(),
+        }
+    }
+
+    fn hostile() -> Self {
+        let all = hostile_directions();
+        let (mut wi, mut wr) = (Vec::new(), Vec::new());
+        for a in &all {
+            for b in &all {
+                wi.push(*a);
+                wr.push(*b);
+            }
+        }
+        Self { wi, wr }
+    }
+
+    fn eval(&self, batch: impl Fn(Directions<'_>, Directions<'_>, Colours<'_>)) -> Vec<[f32; 3]> {
+        let slices =
+            |w: &[[f32; 3]]| [0, 1, 2].map(|k| w.iter().map(|w| w[k]).collect::<Vec<f32>>());
+        let (wi, wr) = (slices(&self.wi), slices(&self.wr));
+        let mut rho = [0, 1, 2].map(|_| vec![f32::NAN; self.wi.len()]);
+        let [r, g, b] = &mut rho;
+        batch(
+            wi.each_ref().map(Vec::as_slice),
+            wr.each_ref().map(Vec::as_slice),
+            [r, g, b],
+        );
+        (0..self.wi.len())
+            .map(|k| rho.each_ref().map(|channel| channel[k]))
+            .collect()
+    }
+
+    fn assert_close(&self, what: &str, values: &[[f32; 3]], expected: &[[f32; 3]]) {
+        let flat = |values: &[[f32; 3]]| {
+            values
+                .iter()
+                .flatten()
+                .map(|x| f64::from(*x))
+                .collect::<Vec<f64>>()
+        };
+        let (values, expected) = (flat(values), flat(expected));
+        let mean = expected.iter().sum::<f64>() / expected.len() as f64;
+        let differences: Vec<f64> = values
+            .iter()
+            .zip(&expected)
+            .map(|(a, b)| (a - b).abs() / (b + 1e-3 * mean))
+            .collect();
+        let largest = differences.iter().copied().fold(0.0, f64::max);
+        let average = differences.iter().sum::<f64>() / differences.len() as f64;
+        assert!(
+            largest <= BOUND && average <= MEAN_BOUND,
+            "{what}: {largest} at most, {average} on average"
+        );
+    }
+}
+
+fn levels() -> impl Iterator<Item = Level> {
+    Level::ALL.into_iter().filter(|level| level.is_available())
+}
+
+#[test]
+fn batches_of_every_fabric_agree_with_single_lookups() {
+    for entry in LIBRARY {
+        let table = tiny_table(entry.name);
+        let pairs = Pairs::protocol(&entry.load());
+        let one_by_one = |eval: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| -> Vec<[f32; 3]> {
+            pairs
+                .wi
+                .iter()
+                .zip(&pairs.wr)
+                .map(|(wi, wr)| eval(*wi, *wr))
+                .collect()
+        };
+        let rho = one_by_one(&|wi, wr| table.eval_cos(wi, wr));
+        let brdf = one_by_one(&|wi, wr| table.eval(wi, wr));
+        let dyed = one_by_one(&|wi, wr| table.eval_cos_with(&[[0.9, 0.5, 0.1]], wi, wr));
+        for level in levels() {
+            let at = |quantity, albedos: &[[f32; 3]]| {
+                pairs.eval(|wi, wr, to| table.eval_batch_at(level, albedos, quantity, wi, wr, to))
+            };
+            let name = format!("{} {}", entry.name, level.name());
+            pairs.assert_close(&name, &at(Quantity::Rho, &[]), &rho);
+            pairs.assert_close(&name, &at(Quantity::Brdf, &[]), &brdf);
+            pairs.assert_close(&name, &at(Quantity::Rho, &[[0.9, 0.5, 0.1]]), &dyed);
+        }
+    }
+}
+
+#[test]
+fn direct_batches_agree_with_double_precision() {
+    for name in [
+        "denim",
+        "velvet",
+        "polyester-lining",
+        "corduroy",
+        "faux-suede",
+    ] {
+        let fabric = fabric(name);
+        let pairs = Pairs::protocol(&fabric);
+        for rule in [Rule::Midpoint(5), Rule::Quadrature(1), Rule::Quadrature(4)] {
+            let exact = Sadeghi::<f64>::new(&fabric, rule);
+            let fast = Sadeghi::<f32>::new(&fabric, rule);
+            let directions = pairs.wi.iter().zip(&pairs.wr);
+            let expected: Vec<[f32; 3]> = directions
+                .clone()
+                .map(|(wi, wr)| {
+                    exact
+                        .eval_cos(wi.map(f64::from), wr.map(f64::from))
+                        .map(|x| x as f32)
+                })
+                .collect();
+            let single: Vec<[f32; 3]> = directions
+                .map(|(wi, wr)| fast.eval_cos_fast(*wi, *wr))
+                .collect();
+            pairs.assert_close(&format!("{name} {rule:?} single"), &single, &expected);
+            for level in levels() {
+                let values = pairs.eval(|wi, wr, to| fast.eval_cos_batch_at(level, wi, wr, to));
+                pairs.assert_close(
+                    &format!("{name} {rule:?} {}", level.name()),
+                    &values,
+                    &expected,
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn batches_of_hostile_directions_are_finite_and_dark_below_the_surface() {
+    let pairs = Pairs::hostile();
+    for name in ["denim", "velvet", "silk-crepe-de-chine"] {
+        let table = tiny_table(name);
+        let quadrature = Sadeghi::<f32>::new(&fabric(name), Rule::Quadrature(3));
+        for level in levels() {
+            let results = [
+                pairs
+                    .eval(|wi, wr, to| table.eval_batch_at(level, &[], Quantity::Brdf, wi, wr, to)),
+                pairs.eval(|wi, wr, to| quadrature.eval_cos_batch_at(level, wi, wr, to)),
+            ];
+            for values in results {
+                for (k, value) in values.iter().enumerate() {
+                    let (wi, wr) = (pairs.wi[k], pairs.wr[k]);
+                    let above = wi[2] > 0.0 && wr[2] > 0.0;
+                    let right = |x: &f32| x.is_finite() && *x >= 0.0 && (above || *x == 0.0);
+                    assert!(
+                        value.iter().all(right),
+                        "{name} {level:?} {wi:?} {wr:?}: {value:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn no_pairs_are_a_batch_and_unequal_slices_are_not() {
+    let table = tiny_table("denim");
+    table.eval_cos_batch([&[]; 3], [&[]; 3], [&mut [], &mut [], &mut []]);
+    let unequal = std::panic::catch_unwind(|| {
+        table.eval_cos_batch([&[0.0]; 3], [&[]; 3], [&mut [0.0], &mut [0.0], &mut [0.0]]);
+    });
+    assert!(unequal.is_err());
+}
+
+/// The largest error of an approximation over arguments.
+struct Error<'a> {
+    arguments: &'a [(f32, f32)],
+    function: Function,
+}
+
+#[derive(Clone, Copy)]
+enum Function {
+    Atan2,
+    Exp,
+    Sin,
+    Cos,
+}
+
+impl Kernel for Error<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<V: Vector, R: Row>(self) -> f64 {
+        let mut largest = 0.0f64;
+        for (y, x) in self.arguments {
+            let (vy, vx) = (V::of(f64::from(*y)), V::of(f64::from(*x)));
+            let (y, x) = (f64::from(*y), f64::from(*x));
+            let (value, exact, size) = match self.function {
+                Function::Atan2 => (vy.atan2(vx), y.atan2(x), 1.0),
+                Function::Exp => (vy.exp(), y.exp(), y.exp()),
+                Function::Sin => (vy.sin(), y.sin(), 1.0),
+                Function::Cos => (vy.cos(), y.cos(), 1.0),
+            };
+            let value = f64::from(value.to_array().as_ref()[0]);
+            largest = largest.max((value - exact).abs() / size);
+        }
+        largest
+    }
+}
+
+#[test]
+fn approximations_keep_the_errors_that_they_state() {
+    let steps = 200_000;
+    let share = |k: i32| k as f32 / steps as f32;
+    let circle: Vec<(f32, f32)> = (0..=steps)
+        .map(|k| (std::f32::consts::TAU * share(k)).sin_cos())
+        .chain([
+            (0.0, 0.0),
+            (1.0, 0.0),
+            (-1.0, 0.0),
+            (0.0, 1.0),
+            (1e-30, 1e-30),
+        ])
+        .collect();
+    let line = |from: f32, to: f32| -> Vec<(f32, f32)> {
+        (0..=steps)
+            .map(|k| (from + (to - from) * share(k), 0.0))
+            .collect()
+    };
+    for (function, arguments, bound) in [
+        (Function::Atan2, circle, 3.2e-7),
+        (Function::Exp, line(-87.0, 88.0), 3.0e-7),
+        (Function::Sin, line(-10.0, 10.0), 2.0e-7),
+        (Function::Cos, line(-10.0, 10.0), 4.0e-7),
+    ] {
+        for level in levels() {
+            for single in [false, true] {
+                let kernel = Error {
+                    arguments: &arguments,
+                    function,
+                };
+                let error = if single {
+                    level.run_single(kernel)
+                } else {
+                    level.run(kernel)
+                };
+                assert!(error <= bound, "{level:?} {single}: {error} > {bound}");
+            }
+        }
+    }
+}
