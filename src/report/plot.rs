@@ -123,7 +123,8 @@ fn escape(text: &str) -> String {
 }
 
 type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn<'a> = Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
+type DrawError<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
+type Drawn<'a> = Result<(), DrawError<'a>>;
 
 fn draw(what: impl for<'a> Fn(&Root<'a>) -> Drawn<'a>) -> String {
     let mut svg = String::new();
@@ -198,22 +199,26 @@ fn error_against<'a>(root: &Root<'a>, fabric: &FabricReport, against: &Against) 
         front.iter().map(|index| points[*index]).collect::<Vec<_>>(),
         INK.stroke_width(2),
     )])?;
-    for (evaluator, point) in evaluators.iter().zip(&points) {
-        let colour = colour(evaluator.family);
-        let inner = if evaluator.batch { colour } else { PAPER };
-        chart.draw_series([
-            Circle::new(*point, RADIUS, inner.filled()),
-            Circle::new(*point, RADIUS, colour.stroke_width(3)),
-        ])?;
-    }
-
-    // Tables first, since they are fewer; the names that find no room are left out.
     let pixels: Vec<(i32, i32)> = points
         .iter()
         .map(|point| chart.backend_coord(point))
         .collect();
     let (columns, rows) = chart.plotting_area().get_pixel_range();
-    let mut names = Names::new(&columns, &rows, &pixels);
+    let legend = legend(root, &evaluators, (columns.end, rows.start))?;
+    let mut names = Names {
+        columns,
+        rows,
+        taken: vec![legend],
+    };
+    for (evaluator, pixel) in evaluators.iter().zip(&pixels) {
+        dot(root, *pixel, evaluator.family, evaluator.batch)?;
+        names.keep_off(*pixel, RADIUS);
+    }
+    for ends in front.windows(2) {
+        names.keep_off_line(pixels[ends[0]], pixels[ends[1]]);
+    }
+
+    // Tables first, since they are fewer; the names that find no room are left out.
     let is_named = |index: &usize| front.contains(index) || evaluators[*index].evaluator == THESIS;
     let is_table = |index: &usize| evaluators[*index].family == Family::Table;
     let (tables, others): (Vec<usize>, Vec<usize>) = (0..points.len())
@@ -229,32 +234,31 @@ fn error_against<'a>(root: &Root<'a>, fabric: &FabricReport, against: &Against) 
             root.draw(&Text::new(name.to_owned(), (x, y), style))?;
         }
     }
-    legend(root, &evaluators, columns.end, rows.start)
+    Ok(())
 }
 
-/// Which colours are which, in the corner that no good evaluator leaves empty for long: top right.
-fn legend<'a>(root: &Root<'a>, evaluators: &[&Measurement], right: i32, top: i32) -> Drawn<'a> {
+/// Columns and rows.
+type Room = (Range<i32>, Range<i32>);
+
+/// Which colours are which, and the room that takes: top right, where an evaluator would be slow and wrong.
+fn legend<'a>(
+    root: &Root<'a>,
+    evaluators: &[&Measurement],
+    (right, top): (i32, i32),
+) -> Result<Room, DrawError<'a>> {
+    let left = right - 190;
     let mut y = top + 22;
     for (family, name) in [
         (Family::Midpoint, "midpoints"),
         (Family::Quadrature, "quadrature"),
         (Family::Table, "tables"),
     ] {
-        let of_family = || {
-            evaluators
-                .iter()
-                .filter(|evaluator| evaluator.family == family)
-        };
         for batch in [false, true] {
-            if of_family().any(|evaluator| evaluator.batch == batch) {
-                let colour = colour(family);
-                let inner = if batch { colour } else { PAPER };
-                root.draw(&Circle::new((right - 170, y), RADIUS, inner.filled()))?;
-                root.draw(&Circle::new(
-                    (right - 170, y),
-                    RADIUS,
-                    colour.stroke_width(3),
-                ))?;
+            if evaluators
+                .iter()
+                .any(|other| other.family == family && other.batch == batch)
+            {
+                dot(root, (left + 12, y), family, batch)?;
                 let text = if batch {
                     format!("{name}, batch")
                 } else {
@@ -263,12 +267,20 @@ fn legend<'a>(root: &Root<'a>, evaluators: &[&Measurement], right: i32, top: i32
                 let style = font(LABEL_FONT)
                     .color(&INK)
                     .pos(Pos::new(HPos::Left, VPos::Center));
-                root.draw(&Text::new(text, (right - 154, y), style))?;
+                root.draw(&Text::new(text, (left + 28, y), style))?;
                 y += 28;
             }
         }
     }
-    Ok(())
+    Ok((left..right, top..y - 8))
+}
+
+/// The mark of an evaluator: filled for batches, hollow for single pairs.
+fn dot<'a>(root: &Root<'a>, place: (i32, i32), family: Family, batch: bool) -> Drawn<'a> {
+    let colour = colour(family);
+    let inner = if batch { colour } else { PAPER };
+    root.draw(&Circle::new(place, RADIUS, inner.filled()))?;
+    root.draw(&Circle::new(place, RADIUS, colour.stroke_width(3)))
 }
 
 fn colour(family: Family) -> RGBColor {
@@ -316,23 +328,26 @@ fn plain(x: f64) -> String {
     format!("{}", format!("{x:.6e}").parse::<f64>().unwrap_or(x))
 }
 
-/// Names beside points, none across another or across a point.
+/// Names beside points, none across another, a point or a line.
 struct Names {
     columns: Range<i32>,
     rows: Range<i32>,
-    taken: Vec<(Range<i32>, Range<i32>)>,
+    taken: Vec<Room>,
 }
 
 impl Names {
-    fn new(columns: &Range<i32>, rows: &Range<i32>, points: &[(i32, i32)]) -> Self {
-        let around = |x: i32| x - RADIUS..x + RADIUS;
-        // The legend.
-        let mut taken = vec![(columns.end - 185..columns.end, rows.start..rows.start + 80)];
-        taken.extend(points.iter().map(|(x, y)| (around(*x), around(*y))));
-        Self {
-            columns: columns.clone(),
-            rows: rows.clone(),
-            taken,
+    /// Keeps names from what is within `radius` of a place.
+    fn keep_off(&mut self, (x, y): (i32, i32), radius: i32) {
+        let around = |x: i32| x - radius..x + radius;
+        self.taken.push((around(x), around(y)));
+    }
+
+    /// Keeps names from a line.
+    fn keep_off_line(&mut self, from: (i32, i32), to: (i32, i32)) {
+        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+        let steps = (dx.abs().max(dy.abs()) / 4).max(1);
+        for step in 0..=steps {
+            self.keep_off((from.0 + dx * step / steps, from.1 + dy * step / steps), 2);
         }
     }
 
@@ -345,9 +360,9 @@ impl Names {
     ) -> Option<((i32, i32), HPos)> {
         let width = (f64::from(LABEL_FONT) * 0.46 * name.chars().count() as f64) as i32;
         let half = LABEL_FONT as i32 * 2 / 5;
-        // Nothing is left of and below the front.
+        // Left of and below the front there is nothing.
         let sides = if is_on_front { [-1, 1] } else { [1, -1] };
-        let heights = [0, 14, -14, 24, -24].map(|dy| if is_on_front { dy } else { -dy });
+        let heights = [0, 12, -12, 22, -22, 32, -32].map(|dy| if is_on_front { dy } else { -dy });
         for dy in heights {
             for side in sides {
                 let start = x + side * (RADIUS + 7);
