@@ -129,11 +129,9 @@ pub(super) fn of_fabric(
     options: &Options,
     progress: Progress<'_>,
 ) -> Result<Vec<Candidate>, ReportError> {
-    let samples: BTreeSet<u32> = options.midpoints.iter().copied().collect();
-    let mut candidates: Vec<Candidate> = samples
+    let samples = options.midpoints.iter().copied().chain([THESIS_SAMPLES]);
+    let mut candidates: Vec<Candidate> = BTreeSet::from_iter(samples)
         .into_iter()
-        .filter(|samples| *samples != THESIS_SAMPLES)
-        .chain([THESIS_SAMPLES])
         .map(|samples| midpoint(fabric, samples))
         .collect();
 

@@ -28,8 +28,8 @@ const DARK: [(RGBColor, RGBColor); 6] = [
     (BLUE, RGBColor(0x6A, 0xA5, 0xFF)),
 ];
 
-/// Units of the drawing; a page shows it at up to two thirds of that in pixels.
-const SIZE: (u32, u32) = (720, 560);
+/// Units of the drawing, half that in pixels on a phone.
+const SIZE: (u32, u32) = (640, 520);
 const FONT: u32 = 25;
 const LABEL_FONT: u32 = 22;
 const RADIUS: i32 = 7;
@@ -74,7 +74,8 @@ pub(super) fn all(fabric: &FabricReport) -> Vec<Plot> {
     if fabric.evaluators.iter().filter(has_bytes).count() > 1 {
         plots.push(Plot {
             name: "bytes",
-            caption: "Error of tables against memory. Direct integration needs none.".to_owned(),
+            caption: "Error of tables against memory. Direct integration needs next to none."
+                .to_owned(),
             svg: draw(|root| error_against(root, fabric, &BYTES)),
         });
     }
@@ -362,7 +363,7 @@ impl Names {
         let half = LABEL_FONT as i32 * 2 / 5;
         // Left of and below the front there is nothing.
         let sides = if is_on_front { [-1, 1] } else { [1, -1] };
-        let heights = [0, 12, -12, 22, -22, 32, -32].map(|dy| if is_on_front { dy } else { -dy });
+        let heights = [0, 10, -10, 20, -20].map(|dy| if is_on_front { dy } else { -dy });
         for dy in heights {
             for side in sides {
                 let start = x + side * (RADIUS + 7);

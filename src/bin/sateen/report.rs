@@ -42,8 +42,8 @@ pub(crate) fn run(args: &ReportArgs) -> Result<Outcome> {
     }
     let options = options(args);
     let mut report = Report::new(&options);
-    // Before the work, to find out whether that is possible.
-    write(&report, folder)?;
+    // Before the work, to find out whether the folder can be written to.
+    Output::prepare(&folder.join("index.html"))?;
 
     let mut bar = Bar::new(fabrics.len());
     for fabric in &fabrics {
