@@ -63,15 +63,15 @@ impl FabricReport {
             other.ns < table.ns && other.error.all.mean <= table.error.all.mean
         };
         match fastest(self.evaluators.iter().filter(is_as_good)) {
-            None => text += " Nothing as accurate is faster.",
+            None => text += " Nothing measured is as accurate and faster.",
             Some(other) => {
                 let (other, ns) = (in_words(other), time(other.ns));
                 text += &format!(" But {other} is at least as accurate and takes {ns}.");
             }
         }
         match self.fastest_good() {
-            None => text += " Nothing stays below 0.5 % error.",
-            Some(best) if best == table => text += " Below 0.5 % error nothing is faster.",
+            None => text += " Nothing measured stays below 0.5 % error.",
+            Some(best) if best == table => text += " Below 0.5 % error nothing measured is faster.",
             Some(best) => {
                 let (best, ns) = (in_words(best), time(best.ns));
                 text += &format!(" Below 0.5 % error the fastest is {best}: {ns}.");
