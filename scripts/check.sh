@@ -10,7 +10,7 @@ for component in rustfmt clippy; do
     cargo "${component/rustfmt/fmt}" --version >/dev/null 2>&1 || rustup component add "$component"
 done
 cargo fmt --check
-for layer in libm std zstd bake cli; do
+for layer in libm std zstd bake report cli; do
     echo "layer $layer"
     cargo check --locked --quiet --lib --bins --no-default-features --features "$layer"
 done
@@ -28,10 +28,11 @@ names_none_of() {
         fi
     done
 }
-names_none_of "src/math" brdf chart table lookup fabric model metrics bake progress
-names_none_of "src/brdf src/chart" table lookup fabric model metrics bake progress
-names_none_of "src/table" lookup fabric model metrics bake progress
-names_none_of "src/lookup" fabric model metrics bake progress
-names_none_of "src/fabric" chart table lookup model metrics bake progress
-names_none_of "src/model" chart table lookup metrics bake progress
-names_none_of "src/metrics" bake
+names_none_of "src/math" brdf chart table lookup fabric model metrics bake progress report
+names_none_of "src/brdf src/chart" table lookup fabric model metrics bake progress report
+names_none_of "src/table" lookup fabric model metrics bake progress report
+names_none_of "src/lookup" fabric model metrics bake progress report
+names_none_of "src/fabric" chart table lookup model metrics bake progress report
+names_none_of "src/model" chart table lookup metrics bake progress report
+names_none_of "src/metrics" bake report
+names_none_of "src/bake" report

@@ -31,7 +31,7 @@
 //! # Modules
 //!
 //! Each names only those before it: [`math`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
-//! [`fabric`] ← [`model`] ← [`metrics`] ← [`bake`], which also use the former. The tool uses only what is public here.
+//! [`fabric`] ← [`model`] ← [`metrics`] ← [`bake`] ← [`report`], which also use the former. The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -40,6 +40,7 @@
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
 //! | `bake` | [`fabric`], [`model`], [`metrics`], [`mod@bake`] |
+//! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page |
 //! | `cli` | the tool; the default |
 //!
 //! The core without features is `no_std` and needs `alloc`.
@@ -66,3 +67,5 @@ pub mod metrics;
 pub mod model;
 #[cfg(feature = "bake")]
 pub mod progress;
+#[cfg(feature = "report")]
+pub mod report;

@@ -55,6 +55,106 @@ const VIEW_ANGLES_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
 /// Strata of z and azimuth for directional reflectance.
 const STRATA: (usize, usize) = (24, 64);
 
+/// How far values are from the truth over the pairs of a [`Truth`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PairErrors {
+    /// Over all pairs.
+    pub all: Quantiles,
+    /// Over pairs with min(wi·n, wr·n) < 0.1.
+    pub grazing: Quantiles,
+    /// Root of the mean squared error over the mean, all channels and pairs.
+    pub rmse_over_mean: f64,
+}
+
+/// Protocol pairs of a fabric and ρ by direct integration, computed once for any number of evaluators.
+#[derive(Debug, Clone)]
+pub struct Truth {
+    pairs: Vec<Pair>,
+    values: Vec<[f64; 3]>,
+    /// 0.01 ρ̄.
+    floor: [f64; 3],
+}
+
+impl Truth {
+    /// Integrates `fabric` directly on `count` protocol pairs.
+    ///
+    /// # Errors
+    /// When `progress` says stop.
+    pub fn new(
+        fabric: &Fabric,
+        count: usize,
+        seed: u64,
+        progress: Progress<'_>,
+    ) -> Result<Self, Cancelled> {
+        let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
+        let pairs = protocol_pairs(fabric, count, seed);
+        let values = eval_pairs(&reference, &pairs, progress)?;
+        let mut floor = [0.0; 3];
+        let mut renders = 0.0;
+        for (pair, truth) in pairs.iter().zip(&values) {
+            if pair.kind == PairKind::Render {
+                renders += 1.0;
+                for channel in 0..3 {
+                    floor[channel] += FLOOR * truth[channel];
+                }
+            }
+        }
+        Ok(Self {
+            floor: floor.map(|floor| floor / f64::max(renders, 1.0)),
+            pairs,
+            values,
+        })
+    }
+
+    /// The pairs, in the order of all values.
+    pub fn pairs(&self) -> &[Pair] {
+        &self.pairs
+    }
+
+    /// The relative error of ρ at each pair.
+    ///
+    /// # Panics
+    /// When there is not one value per pair.
+    pub fn relative_errors(&self, values: &[[f64; 3]]) -> Vec<f64> {
+        assert_eq!(values.len(), self.values.len(), "one value per pair");
+        let error = |(truth, value): (&[f64; 3], &[f64; 3])| {
+            (0..3)
+                .map(|c| ratio((value[c] - truth[c]).abs(), truth[c] + self.floor[c]))
+                .fold(0.0, f64::max)
+        };
+        self.values.iter().zip(values).map(error).collect()
+    }
+
+    /// The error of ρ over all pairs.
+    ///
+    /// # Panics
+    /// When there is not one value per pair.
+    pub fn errors_of(&self, values: &[[f64; 3]]) -> PairErrors {
+        let errors = self.relative_errors(values);
+        let is_grazing = |pair: &Pair| pair.wi[2].min(pair.wr[2]) < GRAZING;
+        let grazing = self
+            .pairs
+            .iter()
+            .zip(&errors)
+            .filter(|(pair, _)| is_grazing(pair))
+            .map(|(_, error)| *error)
+            .collect();
+        let (mut squares, mut sum) = (0.0, 0.0);
+        for (truth, value) in self.values.iter().zip(values) {
+            for channel in 0..3 {
+                squares += (value[channel] - truth[channel]).powi(2);
+                sum += truth[channel];
+            }
+        }
+        let numbers = 3.0 * self.pairs.len() as f64;
+        PairErrors {
+            all: quantiles(errors),
+            grazing: quantiles(grazing),
+            rmse_over_mean: ratio((squares / numbers).sqrt(), sum / numbers),
+        }
+    }
+}
+
 /// Measures `approximation` against direct integration of `fabric` on `count` protocol pairs.
 ///
 /// # Errors
@@ -66,56 +166,38 @@ pub fn measure(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<ErrorReport, Cancelled> {
+    let truth = Truth::new(fabric, count, seed, progress.part(0.0, 0.9))?;
+    let values = eval_pairs(approximation, truth.pairs(), progress.part(0.9, 1.0))?;
+    let PairErrors {
+        all,
+        grazing,
+        rmse_over_mean,
+    } = truth.errors_of(&values);
     let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
-    let pairs = protocol_pairs(fabric, count, seed);
-    let steps = progress.steps(pairs.len());
-    let values = pairs.par_iter().map(|pair| {
-        steps.advance()?;
-        Ok((
-            reference.eval_cos(pair.wi, pair.wr),
-            approximation.eval_cos(pair.wi, pair.wr),
-        ))
-    });
-    let values: Vec<([f64; 3], [f64; 3])> = values.collect::<Result<_, Cancelled>>()?;
-
-    let mut floor = [0.0; 3];
-    let mut renders = 0.0;
-    let (mut squares, mut sum) = (0.0, 0.0);
-    for (pair, (truth, value)) in pairs.iter().zip(&values) {
-        for channel in 0..3 {
-            squares += (value[channel] - truth[channel]).powi(2);
-            sum += truth[channel];
-            if pair.kind == PairKind::Render {
-                floor[channel] += FLOOR * truth[channel];
-            }
-        }
-        renders += f64::from(u8::from(pair.kind == PairKind::Render));
-    }
-    let floor = floor.map(|floor| floor / f64::max(renders, 1.0));
-    let error = |(truth, value): &([f64; 3], [f64; 3])| {
-        (0..3)
-            .map(|c| ratio((value[c] - truth[c]).abs(), truth[c] + floor[c]))
-            .fold(0.0, f64::max)
-    };
-    let errors: Vec<f64> = values.iter().map(error).collect();
-    let is_grazing = |pair: &Pair| pair.wi[2].min(pair.wr[2]) < GRAZING;
-    let grazing = pairs
-        .iter()
-        .zip(&errors)
-        .filter(|(pair, _)| is_grazing(pair))
-        .map(|(_, error)| *error)
-        .collect();
-    let numbers = 3.0 * pairs.len() as f64;
     Ok(ErrorReport {
         seed,
-        grazing: quantiles(grazing),
-        rmse_over_mean: ratio((squares / numbers).sqrt(), sum / numbers),
+        all,
+        grazing,
+        rmse_over_mean,
         bias: VIEW_ANGLES_DEG
             .iter()
             .map(|angle| bias(&reference, approximation, *angle))
             .collect(),
-        all: quantiles(errors),
     })
+}
+
+/// ρ of every pair.
+fn eval_pairs(
+    model: &dyn Model<f64>,
+    pairs: &[Pair],
+    progress: Progress<'_>,
+) -> Result<Vec<[f64; 3]>, Cancelled> {
+    let steps = progress.steps(pairs.len());
+    let values = pairs.par_iter().map(|pair| {
+        steps.advance()?;
+        Ok(model.eval_cos(pair.wi, pair.wr))
+    });
+    values.collect()
 }
 
 /// `error / size`, where no error of nothing is no error.

@@ -13,7 +13,7 @@
 mod error;
 mod pairs;
 
-pub use error::{Bias, ErrorReport, Quantiles, measure};
+pub use error::{Bias, ErrorReport, PairErrors, Quantiles, Truth, measure};
 pub use pairs::{Pair, PairKind, protocol_pairs};
 
 use crate::model::Model;

@@ -27,6 +27,7 @@ pub(crate) enum Verb {
     Info(InfoArgs),
     Eval(EvalArgs),
     Validate(ValidateArgs),
+    Report(ReportArgs),
 }
 
 /// List the fabrics of the library.
@@ -133,6 +134,44 @@ pub(crate) struct ValidateArgs {
     pub(crate) json: bool,
 }
 
+/// Measure error, time and bytes of every evaluator.
+///
+/// Writes index.html, report.csv, report.json and plots. Every number of midpoints and every table is measured on the same
+/// pairs, in turn and on one core; the figure to quote is the ratio to midpoint:50 in the same run.
+#[derive(clap::Args)]
+pub(crate) struct ReportArgs {
+    /// Names from the library, or TOML files [default: the whole library].
+    #[arg(value_name = "FABRIC")]
+    pub(crate) fabrics: Vec<String>,
+    /// The folder to write to.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// A rough report within seconds: few evaluators, a draft table, 512 pairs, one round of timing.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Presets to bake, with commas between them [default: all; fine takes minutes per fabric].
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
+    pub(crate) presets: Option<Vec<PresetArg>>,
+    /// Other sizes in memory to bake, as 64KiB,16MiB [default: 64KiB,256KiB,1MiB,16MiB].
+    #[arg(long, value_delimiter = ',', value_parser = parse_size, value_name = "LIST")]
+    pub(crate) sizes: Option<Vec<usize>>,
+    /// Bake no other sizes and encodings than those of the presets.
+    #[arg(long, conflicts_with = "sizes")]
+    pub(crate) no_sweep: bool,
+    /// Which of the named albedos of a TOML file to use [default: the first by name].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
+    /// How many pairs of directions [default: 65536].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=10_000_000))]
+    pub(crate) pairs: Option<u32>,
+    /// The seed that draws them.
+    #[arg(long, value_name = "SEED", default_value_t = VALIDATION_SEED)]
+    pub(crate) seed: u64,
+    /// Threads to bake and to measure error with [default: all cores]. Time is always that of one.
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum PresetArg {
     /// At most 512 KiB in memory.
@@ -229,6 +268,19 @@ fn parse_share(text: &str) -> Result<f64, String> {
     }
 }
 
+/// From what a grid needs at least to the most that a reader takes.
+const SIZES: std::ops::RangeInclusive<usize> = 16 << 10..=256 << 20;
+
+fn parse_size(text: &str) -> Result<usize, String> {
+    let units = [("KiB", 10), ("MiB", 20)];
+    let size = units.iter().find_map(|(unit, bits)| {
+        let number: usize = text.strip_suffix(unit)?.parse().ok()?;
+        number.checked_mul(1 << bits)
+    });
+    size.filter(|size| SIZES.contains(size))
+        .ok_or_else(|| "it is a size like 64KiB or 2MiB, from 16KiB to 256MiB".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -240,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn evaluators_and_shares_are_understood() {
+    fn evaluators_shares_and_sizes_are_understood() {
         for (text, rule) in [
             ("midpoint:50", Rule::THESIS),
             ("quadrature:4", Rule::Quadrature(4)),
@@ -264,6 +316,18 @@ mod tests {
         assert_eq!(parse_share("0.5"), Ok(0.5));
         for bad in ["", "%", "-1", "nan", "inf", "x"] {
             assert!(parse_share(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_size("64KiB"), Ok(65536));
+        for bad in [
+            "",
+            "64",
+            "1B",
+            "15KiB",
+            "257MiB",
+            "-1MiB",
+            "99999999999999999MiB",
+        ] {
+            assert!(parse_size(bad).is_err(), "{bad}");
         }
     }
 }

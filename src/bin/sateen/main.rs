@@ -8,6 +8,7 @@ mod eval;
 mod fabrics;
 mod info;
 mod output;
+mod report;
 mod subject;
 mod validate;
 
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         Verb::Info(args) => info::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Validate(args) => validate::run(&args),
+        Verb::Report(args) => report::run(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

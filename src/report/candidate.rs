@@ -1,0 +1,265 @@
+//! What is measured: every way to evaluate a fabric, ready to run.
+//!
+//! A new kind of evaluator is a few lines in `of_fabric`, and its colour in `plot`.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Options, ReportError};
+use crate::bake::{Preset, Settings, bake};
+use crate::fabric::{Fabric, Thread};
+use crate::metrics::Pair;
+use crate::model::{Model, Rule, Sadeghi};
+use crate::progress::Progress;
+use crate::table::{Encoding, Table};
+
+/// The evaluator that all times are compared to: the rule of the thesis, one pair at a time.
+pub const THESIS: &str = "midpoint:50";
+const THESIS_SAMPLES: u32 = 50;
+
+/// How an evaluator works.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Family {
+    /// Direct integration at tilts that are spread evenly along the threads.
+    Midpoint,
+    /// Direct integration at tilts that are placed for each pair.
+    Quadrature,
+    /// A baked table.
+    Table,
+}
+
+/// Pairs of directions, each component an array of its own.
+#[derive(Debug, Clone)]
+pub struct Pairs {
+    /// x, y and z to the lights.
+    pub wi: [Vec<f32>; 3],
+    /// x, y and z to the viewers.
+    pub wr: [Vec<f32>; 3],
+}
+
+impl Pairs {
+    /// The same pairs in single precision.
+    pub fn new(pairs: &[Pair]) -> Self {
+        let components = |direction: fn(&Pair) -> [f64; 3]| {
+            [0, 1, 2].map(|k| pairs.iter().map(|pair| direction(pair)[k] as f32).collect())
+        };
+        Self {
+            wi: components(|pair| pair.wi),
+            wr: components(|pair| pair.wr),
+        }
+    }
+
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.wi[0].len()
+    }
+}
+
+/// Evaluates pairs: wi, wr, and where r, g and b of ρ go, all of the same length.
+type Eval = dyn Fn([&[f32]; 3], [&[f32]; 3], [&mut [f32]; 3]) + Send + Sync;
+
+/// A way to evaluate a fabric.
+pub struct Candidate {
+    /// What the tool calls it: `midpoint:4`, `table:standard`.
+    pub name: String,
+    /// How it works.
+    pub family: Family,
+    /// Whether it takes many pairs at once.
+    pub batch: bool,
+    /// Bytes that an evaluation reads, parameters aside: samples of tables, tilts of direct integration.
+    pub decoded_bytes: usize,
+    /// Bytes of the file that it is made from: a table, or the fabric's TOML.
+    pub file_bytes: usize,
+    eval: Box<Eval>,
+}
+
+impl Candidate {
+    /// One that takes a pair at a time.
+    pub fn scalar(
+        name: String,
+        family: Family,
+        (decoded_bytes, file_bytes): (usize, usize),
+        eval_cos: impl Fn([f32; 3], [f32; 3]) -> [f32; 3] + Send + Sync + 'static,
+    ) -> Self {
+        let eval = move |wi: [&[f32]; 3], wr: [&[f32]; 3], rho: [&mut [f32]; 3]| {
+            let [red, green, blue] = rho;
+            let rho = red.iter_mut().zip(green).zip(blue);
+            for (index, ((red, green), blue)) in rho.enumerate() {
+                [*red, *green, *blue] = eval_cos(wi.map(|w| w[index]), wr.map(|w| w[index]));
+            }
+        };
+        Self {
+            batch: false,
+            ..Self::batch(name, family, (decoded_bytes, file_bytes), eval)
+        }
+    }
+
+    /// One that takes many pairs at once.
+    pub fn batch(
+        name: String,
+        family: Family,
+        (decoded_bytes, file_bytes): (usize, usize),
+        eval_cos: impl Fn([&[f32]; 3], [&[f32]; 3], [&mut [f32]; 3]) + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name,
+            family,
+            batch: true,
+            decoded_bytes,
+            file_bytes,
+            eval: Box::new(eval_cos),
+        }
+    }
+
+    /// Evaluates all `pairs` into the first elements of `rho`.
+    pub(super) fn eval(&self, pairs: &Pairs, rho: &mut [Vec<f32>; 3]) {
+        (self.eval)(
+            pairs.wi.each_ref().map(Vec::as_slice),
+            pairs.wr.each_ref().map(Vec::as_slice),
+            rho.each_mut().map(|rho| &mut rho[..pairs.count()]),
+        );
+    }
+}
+
+/// Everything that `options` ask to measure of a fabric; tables are baked.
+pub(super) fn of_fabric(
+    fabric: &Fabric,
+    options: &Options,
+    progress: Progress<'_>,
+) -> Result<Vec<Candidate>, ReportError> {
+    let samples = options.midpoints.iter().copied().chain([THESIS_SAMPLES]);
+    let midpoints = BTreeSet::from_iter(samples).into_iter().map(Rule::Midpoint);
+    let quadratures = options.quadratures.iter().copied().map(Rule::Quadrature);
+    let mut candidates: Vec<Candidate> = midpoints
+        .chain(quadratures)
+        .flat_map(|rule| direct(fabric, rule))
+        .collect();
+
+    let mut bakes = bakes(options);
+    let has_grid = |thread: &Thread| !thread.tangents::<f64>().segments().is_empty();
+    if !fabric.visible_threads().any(has_grid) {
+        // All tables are the same: closed forms and no samples.
+        bakes.truncate(1);
+    }
+    let cost = |settings: &Settings| settings.max_bytes as f64;
+    let total: f64 = bakes.iter().map(|(_, settings)| cost(settings)).sum();
+    let mut done = 0.0;
+    for (name, settings) in bakes {
+        let end = done + cost(&settings) / total;
+        let table = bake(fabric, &settings, progress.part(done, end))?;
+        done = end;
+        candidates.extend(tables(&name, table)?);
+    }
+    Ok(candidates)
+}
+
+/// The evaluators of a rule, one pair at a time and many.
+fn direct(fabric: &Fabric, rule: Rule) -> Vec<Candidate> {
+    let model = Arc::new(Sadeghi::<f32>::new(fabric, rule));
+    let parts = |thread: &Thread| {
+        let curve = thread.tangents::<f64>();
+        (curve.tilts().len(), curve.segments().len())
+    };
+    // A tilt or node is two numbers, a segment's ends and density are five.
+    let (name, family, numbers) = match rule {
+        Rule::Quadrature(nodes) => {
+            let of_thread = |(tilts, segments)| 3 * tilts + 5 * segments + 2 * nodes as usize;
+            let numbers = fabric.visible_threads().map(parts).map(of_thread).sum();
+            (format!("quadrature:{nodes}"), Family::Quadrature, numbers)
+        }
+        Rule::Midpoint(samples) => {
+            let numbers = 2 * fabric.visible_threads().count() * samples as usize;
+            (format!("midpoint:{samples}"), Family::Midpoint, numbers)
+        }
+        Rule::Adaptive(_) => ("reference".to_owned(), Family::Quadrature, 0),
+    };
+    let bytes = (numbers * size_of::<f32>(), fabric.toml.len());
+    let one = model.clone();
+    // The thesis' rule is timed as one would write it down; the others use what is fast.
+    let scalar = move |wi, wr| match rule {
+        Rule::Midpoint(_) => one.eval_cos(wi, wr),
+        _ => one.eval_cos_fast(wi, wr),
+    };
+    vec![
+        Candidate::scalar(name.clone(), family, bytes, scalar),
+        Candidate::batch(name, family, bytes, move |wi, wr, rho| {
+            model.eval_cos_batch(wi, wr, rho);
+        }),
+    ]
+}
+
+/// The evaluators of one table.
+fn tables(name: &str, table: Table) -> Result<Vec<Candidate>, ReportError> {
+    let bytes = (table.decoded_bytes(), table.to_bytes()?.len());
+    let name = format!("table:{name}");
+    let table = Arc::new(table);
+    let one = table.clone();
+    let scalar = move |wi, wr| one.eval_cos(wi, wr);
+    Ok(vec![
+        Candidate::scalar(name.clone(), Family::Table, bytes, scalar),
+        Candidate::batch(name, Family::Table, bytes, move |wi, wr, rho| {
+            table.eval_cos_batch(wi, wr, rho);
+        }),
+    ])
+}
+
+/// The tables to bake, by name.
+fn bakes(options: &Options) -> Vec<(String, Settings)> {
+    // Error is measured here, on other pairs: what a bake measures would only take time.
+    let settings = |preset: Preset| Settings {
+        error_pairs: 1,
+        ..preset.settings()
+    };
+    let standard = || settings(Preset::Standard);
+    let presets = options
+        .presets
+        .iter()
+        .map(|preset| (preset_name(*preset).to_owned(), settings(*preset)));
+    let sizes = options.sizes.iter().map(|size| {
+        let settings = Settings {
+            max_bytes: *size,
+            // The size is to be used.
+            target_error: 0.0,
+            ..standard()
+        };
+        (size_name(*size), settings)
+    });
+    let encodings = options.encodings.iter().map(|encoding| {
+        let settings = Settings {
+            encoding: *encoding,
+            ..standard()
+        };
+        (format!("standard:{}", encoding_name(*encoding)), settings)
+    });
+    presets.chain(sizes).chain(encodings).collect()
+}
+
+pub(super) fn preset_name(preset: Preset) -> &'static str {
+    match preset {
+        Preset::Draft => "draft",
+        Preset::Standard => "standard",
+        Preset::Fine => "fine",
+    }
+}
+
+fn encoding_name(encoding: Encoding) -> &'static str {
+    match encoding {
+        Encoding::F32 => "f32",
+        Encoding::I16 => "i16",
+        Encoding::SqrtF32 => "sqrt-f32",
+        Encoding::SqrtI16 => "sqrt-i16",
+        Encoding::SqrtI8 => "sqrt-i8",
+    }
+}
+
+/// `64KiB`, `16MiB`.
+fn size_name(bytes: usize) -> String {
+    match bytes {
+        _ if bytes.is_multiple_of(1 << 20) => format!("{}MiB", bytes >> 20),
+        _ if bytes.is_multiple_of(1 << 10) => format!("{}KiB", bytes >> 10),
+        _ => format!("{bytes}B"),
+    }
+}

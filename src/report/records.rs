@@ -1,0 +1,68 @@
+//! A report for programs. CSV has one row per fabric and evaluator, JSON has everything, with the same numbers.
+
+use serde::Serialize;
+
+use super::{Family, Report};
+
+#[derive(Serialize)]
+struct Row<'a> {
+    fabric: &'a str,
+    evaluator: &'a str,
+    family: Family,
+    batch: bool,
+    pairs: usize,
+    mean: f64,
+    p50: f64,
+    p95: f64,
+    p99: f64,
+    p999: f64,
+    max: f64,
+    grazing_pairs: usize,
+    grazing_mean: f64,
+    grazing_p99: f64,
+    grazing_max: f64,
+    rmse_over_mean: f64,
+    ns: f64,
+    speedup: f64,
+    decoded_bytes: usize,
+    file_bytes: usize,
+}
+
+pub(super) fn csv(report: &Report) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for fabric in &report.fabrics {
+        for evaluator in &fabric.evaluators {
+            let (all, grazing) = (&evaluator.error.all, &evaluator.error.grazing);
+            let row = Row {
+                fabric: &fabric.fabric,
+                evaluator: &evaluator.evaluator,
+                family: evaluator.family,
+                batch: evaluator.batch,
+                pairs: all.pairs,
+                mean: all.mean,
+                p50: all.p50,
+                p95: all.p95,
+                p99: all.p99,
+                p999: all.p999,
+                max: all.max,
+                grazing_pairs: grazing.pairs,
+                grazing_mean: grazing.mean,
+                grazing_p99: grazing.p99,
+                grazing_max: grazing.max,
+                rmse_over_mean: evaluator.error.rmse_over_mean,
+                ns: evaluator.ns,
+                speedup: evaluator.speedup,
+                decoded_bytes: evaluator.decoded_bytes,
+                file_bytes: evaluator.file_bytes,
+            };
+            writer.serialize(row).expect("a row goes into memory");
+        }
+    }
+    let bytes = writer.into_inner().expect("all rows go into memory");
+    String::from_utf8(bytes).expect("names and numbers are text")
+}
+
+pub(super) fn json(report: &Report) -> String {
+    let text = serde_json::to_string_pretty(report).expect("numbers, names and lists are JSON");
+    text + "\n"
+}
