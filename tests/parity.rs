@@ -3,11 +3,13 @@
 mod common;
 
 use common::{fabric, hostile_directions, tiny_table};
+use sateen::bake::{Direct, Settings, bake};
 use sateen::fabric::{Fabric, LIBRARY};
 use sateen::lookup::Quantity;
 use sateen::math::simd::{Colours, Directions, Kernel, Level, Row, Vector};
 use sateen::metrics::protocol_pairs;
 use sateen::model::{Model, Rule, Sadeghi};
+use sateen::progress::Progress;
 
 /// Single precision carries about 1e-7, and steep places of a fabric magnify that. Relative to the value and a thousandth
 /// of the mean.
@@ -152,6 +154,22 @@ fn direct_batches_agree_with_double_precision() {
             }
         }
     }
+}
+
+#[test]
+fn a_table_without_grids_is_the_quadrature_that_it_names() {
+    let fabric = fabric("tshirt-white");
+    let settings = Settings {
+        direct: Direct::Always,
+        ..common::tiny()
+    };
+    let table = bake(&fabric, &settings, Progress::silent()).unwrap();
+    let nodes = table.threads()[0].direct_nodes().unwrap();
+    let quadrature = Sadeghi::<f32>::new(&fabric, Rule::Quadrature(nodes as u32));
+    let pairs = Pairs::protocol(&fabric);
+    let lookups = pairs.eval(|wi, wr, to| table.eval_cos_batch(wi, wr, to));
+    let direct = pairs.eval(|wi, wr, to| quadrature.eval_cos_batch(wi, wr, to));
+    pairs.assert_close("tshirt-white", &lookups, &direct);
 }
 
 #[test]

@@ -20,12 +20,12 @@ fn report(arguments: &[&str], folder: &Path) -> assert_cmd::assert::Assert {
 fn quick(jobs: &str) -> BTreeMap<String, String> {
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join("new/report");
-    let arguments = ["faux-suede", "tshirt-white", "--quick", "-j", jobs];
+    let arguments = ["faux-suede", "denim", "--quick", "-j", jobs];
     report(&arguments, &target)
         .success()
         .stdout(
             contains("faux-suede: Every tilt has a closed form")
-                .and(contains("tshirt-white: The draft table is")),
+                .and(contains("denim: The draft table is")),
         )
         .stderr(contains("index.html"));
     let files = fs::read_dir(target).unwrap().map(|entry| {
@@ -46,9 +46,9 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
             "index.html",
             "report.csv",
             "report.json",
-            "tshirt-white-phi_d-phi_h.svg",
-            "tshirt-white-psi-theta_d.svg",
-            "tshirt-white-time.svg",
+            "denim-phi_d-phi_h.svg",
+            "denim-psi-theta_d.svg",
+            "denim-time.svg",
         ]
     );
 
@@ -143,10 +143,7 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
         untimed(&files["report.json"]),
         untimed(&other["report.json"])
     );
-    for name in [
-        "tshirt-white-phi_d-phi_h.svg",
-        "tshirt-white-psi-theta_d.svg",
-    ] {
+    for name in ["denim-phi_d-phi_h.svg", "denim-psi-theta_d.svg"] {
         assert_eq!(files[name], other[name], "{name} shows no times");
     }
 

@@ -94,6 +94,23 @@ fn every_chart_and_encoding_comes_back_from_its_bytes() {
 }
 
 #[test]
+fn direct_threads_come_back_from_their_bytes() {
+    let settings = sateen::bake::Settings {
+        direct: sateen::bake::Direct::Always,
+        ..tiny()
+    };
+    let table = bake(&fabric("denim"), &settings, Progress::silent()).unwrap();
+    assert_eq!(table.decoded_bytes(), 0);
+    assert!(
+        table
+            .threads()
+            .iter()
+            .all(|thread| thread.direct_nodes().is_some())
+    );
+    assert_eq!(Table::from_bytes(&table.to_bytes().unwrap()), Ok(table));
+}
+
+#[test]
 fn the_two_sided_projection_is_kept() {
     let mut fabric = fabric("velvet");
     fabric.toml.insert_str(0, "reweighting = \"both\"\n");

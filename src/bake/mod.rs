@@ -1,25 +1,25 @@
 //! Fabrics to tables.
 //!
-//! Per thread: the nodes of the grid are placed (`plan`), the segments' mean response integrated at each (`integrate`)
-//! and stored (`encode`). Then the table's error is measured by the protocol of [`crate::metrics`] and written into it,
+//! Per thread: how its segments are evaluated is chosen (`choose`), the knots of a grid are placed (`plan`), the segments'
+//! mean response integrated at its sites (`integrate`) and stored (`encode`). Then the table's error is measured by the protocol of [`crate::metrics`] and written into it,
 //! together with everything that made it.
 
+mod choose;
 mod encode;
 mod integrate;
 mod plan;
 mod settings;
 
+pub use choose::{Choice, Direct};
 pub use settings::{Preset, Settings};
 
 use serde::{Deserialize, Serialize};
 
-use crate::chart::Chart;
 use crate::fabric::{Fabric, FabricError, Thread};
 use crate::metrics::{Baked, ErrorReport, measure};
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Table, ThreadParameters, ThreadTable};
-use integrate::Integrand;
-use plan::{Plan, plan_axes};
+use crate::table::{CHANNELS, Table, ThreadParameters, ThreadTable};
+use choose::{Representation, choose};
 
 /// What made a table, as its metadata.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,6 +32,9 @@ pub struct Provenance {
     pub fabric: FabricText,
     /// What that cost in accuracy.
     pub error: ErrorReport,
+    /// How threads with segments are evaluated, and why.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub choices: Vec<Choice>,
 }
 
 /// A fabric's parameters as text.
@@ -98,18 +101,14 @@ pub fn bake(
     }
     let sampling = progress.part(0.0, 0.85);
     let visible: Vec<&Thread> = fabric.visible_threads().collect();
-    let bytes_per_coefficient = 2 * settings.encoding.bytes();
-    let grids = visible
-        .iter()
-        .filter(|thread| !thread.tangents::<f64>().segments().is_empty())
-        .count();
-    let max_coefficients = settings.max_bytes / bytes_per_coefficient / grids.max(1);
-
+    let (plans, planned) = choose_all(fabric, &visible, settings, sampling.part(0.0, 0.3))?;
+    let filling = sampling.part(0.3, 1.0);
+    let grids = planned.iter().filter(|choice| choice.grid).count();
+    let mut filled = 0;
     let mut threads = Vec::new();
-    let mut baked_grids = 0;
-    for thread in visible {
+    for (thread, plan) in visible.into_iter().zip(plans) {
         let curve = thread.tangents::<f64>();
-        let parameters = ThreadParameters {
+        let mut parameters = ThreadParameters {
             name: thread.name.clone(),
             direction: thread.direction,
             coverage: thread.coverage,
@@ -125,46 +124,25 @@ pub fn bake(
                 .iter()
                 .map(|s| (s.from, s.to, s.weight))
                 .collect(),
+            nodes: Vec::new(),
         };
-        let grid = if curve.segments().is_empty() {
-            None
-        } else {
-            let share = |part: f64| (f64::from(baked_grids) + part) / grids as f64;
-            let charts = match &settings.chart {
-                Some(chart) => std::slice::from_ref(chart),
-                None => &Chart::ALL[..],
-            };
-            let planning = sampling.part(share(0.0), share(0.25));
-            let mut best: Option<(Integrand, Plan)> = None;
-            for (index, chart) in charts.iter().enumerate() {
-                let part = |k: usize| k as f64 / charts.len() as f64;
-                let planning = planning.part(part(index), part(index + 1));
-                let integrand = Integrand::new(fabric, thread, *chart, settings.tolerance);
-                let plan = plan_axes(
-                    fabric,
-                    thread,
+        let mut grid = None;
+        match plan {
+            None => {}
+            Some(Representation::Direct(nodes)) => parameters.nodes = nodes,
+            Some(Representation::Grid(planned)) => {
+                let (integrand, plan) = *planned;
+                let share = |grids_done: usize| grids_done as f64 / grids as f64;
+                let filling = filling.part(share(filled), share(filled + 1));
+                filled += 1;
+                grid = Some(encode::fill_grid(
                     &integrand,
-                    settings,
-                    max_coefficients,
-                    planning,
-                )?;
-                if best
-                    .as_ref()
-                    .is_none_or(|(_, best)| plan.error < best.error)
-                {
-                    best = Some((integrand, plan));
-                }
+                    plan.axes,
+                    settings.encoding,
+                    filling,
+                )?);
             }
-            let (integrand, plan) = best.expect("there are charts");
-            let filling = sampling.part(share(0.25), share(1.0));
-            baked_grids += 1;
-            Some(encode::fill_grid(
-                &integrand,
-                plan.axes,
-                settings.encoding,
-                filling,
-            )?)
-        };
+        }
         threads.push(ThreadTable::new(parameters, grid));
     }
 
@@ -188,7 +166,46 @@ pub fn bake(
         settings: settings.clone(),
         fabric: text,
         error,
+        choices: planned,
     };
     table.metadata = toml::to_string(&provenance).expect("numbers, strings and arrays are TOML");
     Ok(table)
+}
+
+/// How to evaluate every thread (none for one without segments), and why. The bytes allowed are shared equally by those
+/// that get a grid.
+fn choose_all(
+    fabric: &Fabric,
+    threads: &[&Thread],
+    settings: &Settings,
+    progress: Progress<'_>,
+) -> Result<(Vec<Option<Representation>>, Vec<Choice>), Cancelled> {
+    let max_coefficients = settings.max_bytes / (CHANNELS * settings.encoding.bytes());
+    let has_segments = |thread: &Thread| !thread.tangents::<f64>().segments().is_empty();
+    let mut open: Vec<usize> = (0..threads.len())
+        .filter(|index| has_segments(threads[*index]))
+        .collect();
+    let mut chosen: Vec<Option<(Representation, Choice)>> = threads.iter().map(|_| None).collect();
+    // Those without a grid leave their share to the others, which then plan again. That may go on, but seldom does.
+    for round in 0..2 {
+        let from = 0.5 * f64::from(round);
+        let part = |k: usize| from + 0.5 * k as f64 / open.len() as f64;
+        for (k, index) in open.iter().enumerate() {
+            let share = max_coefficients / open.len();
+            let progress = progress.part(part(k), part(k + 1));
+            chosen[*index] = Some(choose(fabric, threads[*index], settings, share, progress)?);
+        }
+        let with_grid = |index: &usize| matches!(&chosen[*index], Some((_, choice)) if choice.grid);
+        let grids: Vec<usize> = open.iter().copied().filter(with_grid).collect();
+        if grids.len() == open.len() {
+            break;
+        }
+        open = grids;
+    }
+    let choices = chosen.iter().flatten().map(|(_, choice)| choice.clone());
+    let choices = choices.collect();
+    let plans = chosen
+        .into_iter()
+        .map(|chosen| chosen.map(|(representation, _)| representation));
+    Ok((plans.collect(), choices))
 }

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Direct;
 use crate::chart::Chart;
 use crate::table::Encoding;
 
@@ -31,6 +32,10 @@ pub struct Settings {
     pub max_bytes: usize,
     /// Knots are added to a thread's grid until its expected mean relative error is below this, or `max_bytes` reached.
     pub target_error: f64,
+    /// When segments are evaluated directly instead of from a grid.
+    pub direct: Direct,
+    /// The mean relative error to expect of a thread, above which its grid has failed, and which direct evaluation keeps.
+    pub max_error: f64,
     /// Relative tolerance of the integral at a site.
     pub tolerance: f64,
     /// Pairs on which the error that is written into the table is measured.
@@ -42,10 +47,10 @@ pub struct Settings {
 impl Preset {
     /// The settings of the preset.
     pub fn settings(self) -> Settings {
-        let (max_bytes, target_error, tolerance) = match self {
-            Self::Draft => (512 << 10, 4e-3, 1e-4),
-            Self::Standard => (3840 << 10, 5e-4, 1e-4),
-            Self::Fine => (32 << 20, 1e-4, 1e-5),
+        let (max_bytes, max_error, target_error, tolerance) = match self {
+            Self::Draft => (512 << 10, 1e-2, 4e-3, 1e-4),
+            Self::Standard => (3840 << 10, 2e-3, 5e-4, 1e-4),
+            Self::Fine => (32 << 20, 6e-4, 1e-4, 1e-5),
         };
         Settings {
             preset: self,
@@ -53,6 +58,8 @@ impl Preset {
             encoding: Encoding::SqrtI16,
             max_bytes,
             target_error,
+            direct: Direct::Worthwhile,
+            max_error,
             tolerance,
             error_pairs: 16_384,
             error_seed: crate::metrics::RECORDED_SEED,

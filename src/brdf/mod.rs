@@ -11,10 +11,12 @@
 mod cylinder;
 mod frame;
 pub mod limits;
+mod placed;
 mod tangent;
 mod weave;
 
 pub use cylinder::{Optics, Response, Scattered, ThreadPair, fresnel};
 pub use frame::ThreadFrame;
+pub use placed::PlacedNodes;
 pub use tangent::{Reweighting, Segment, TangentCurve, Tilt};
 pub use weave::{Components, ThreadResponse, Weave, without_cosine};

@@ -7,7 +7,7 @@
 use alloc::vec::Vec;
 use core::f64::consts::FRAC_PI_2;
 
-use super::limits;
+use super::{Optics, Response, ThreadPair, limits};
 use crate::math::{Lanes, Real, Vec3, norm2};
 
 /// How Q weighs a tangent, \[Fecho13\] 3.26.
@@ -162,6 +162,21 @@ impl<R: Real> TangentCurve<R> {
     /// The single tilts, distinct.
     pub fn tilts(&self) -> &[Tilt<R>] {
         &self.tilts
+    }
+
+    /// S and V of the single tilts, over the whole thread's length.
+    #[inline(always)]
+    pub fn response_of_tilts<L: Lanes>(
+        &self,
+        pair: &ThreadPair<L>,
+        optics: &Optics<L>,
+    ) -> Response<L> {
+        let mut response = Response::zero();
+        for tilt in &self.tilts {
+            let (cos, sin) = (splat::<R, L>(tilt.cos), splat::<R, L>(tilt.sin));
+            response = response.plus(splat::<R, L>(tilt.weight), pair.response(optics, cos, sin));
+        }
+        response
     }
 
     /// The spread-out parts.

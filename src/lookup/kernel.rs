@@ -4,7 +4,7 @@ use super::interpolate::segments;
 use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave};
 use crate::math::Vec3;
 use crate::math::simd::{Row, Vector};
-use crate::table::{Table, ThreadTable};
+use crate::table::{Segments, Table, ThreadTable};
 
 /// The weave's sum for pairs in the surface frame, of which `each` sees every thread's part.
 #[inline(always)]
@@ -55,27 +55,29 @@ fn thread_response<V: Vector, R: Row>(
 ) -> ThreadResponse<V> {
     let frame = thread.frame.cast::<V>();
     let (wi, wr) = (frame.to_thread(wi), frame.to_thread(wr));
-    let mut response = match &thread.grid {
-        Some(grid) => segments::<V, R>(grid, wi, wr),
-        None => Response::zero(),
-    };
-    let tilts = thread.tangents.tilts();
+    let tangents = &thread.tangents;
+    let mut response = Response::zero();
+    if let Segments::Grid(grid) = &thread.segments {
+        response = segments::<V, R>(grid, wi, wr);
+    }
+    let has_tilts = !tangents.tilts().is_empty();
     let both = table.reweighting == Reweighting::Both;
     let mut projection = V::zero();
-    if both || !tilts.is_empty() {
+    if both || has_tilts || matches!(thread.segments, Segments::Direct(_)) {
         let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
         let optics = thread.optics.cast::<V>();
-        for tilt in tilts {
-            let part = pair.response(&optics, splat(tilt.cos), splat(tilt.sin));
-            response = response.plus(splat(tilt.weight), part);
+        if let Segments::Direct(nodes) = &thread.segments {
+            response = nodes.mean_response(&pair, &optics);
+        }
+        if has_tilts {
+            response = response.plus(V::one(), tangents.response_of_tilts(&pair, &optics));
         }
         if both {
-            let tangents = &thread.tangents;
             projection = tangents.joint_projection(wi, wr, pair.correlation_psi());
         }
     }
     if !both {
-        projection = thread.tangents.projection(wr);
+        projection = tangents.projection(wr);
     }
     ThreadResponse {
         response,

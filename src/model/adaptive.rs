@@ -28,10 +28,13 @@ const MAX_DEPTH: u32 = 40;
 /// Errors below this do not count: a fraction of what is almost denormal would not be one that halving reaches.
 const DARK: f64 = 1e-200;
 
-static NODES: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| {
-    let rule = GaussLegendre::new(ORDER.try_into().expect("a positive order"));
-    rule.as_node_weight_pairs().to_vec()
-});
+static NODES: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| gauss_legendre(ORDER));
+
+/// The Gauss–Legendre rule of `count` nodes (one if 0), each with its weight, on \[−1, 1\].
+pub fn gauss_legendre(count: usize) -> Vec<[f64; 2]> {
+    let rule = GaussLegendre::new(count.max(1).try_into().expect("not zero"));
+    rule.iter().map(|(node, weight)| [*node, *weight]).collect()
+}
 
 /// S and V of a thread for a pair of directions: the mean of [`ThreadPair::response`] over `tangents`.
 ///
@@ -47,9 +50,7 @@ pub fn mean_response(
         let (sin, cos) = delta.sin_cos();
         pair.response(optics, cos, sin)
     };
-    let single = tangents.tilts().iter().fold(Response::zero(), |sum, tilt| {
-        sum.plus(tilt.weight, pair.response(optics, tilt.cos, tilt.sin))
-    });
+    let single = tangents.response_of_tilts(pair, optics);
     let cuts = Cuts::new(pair, optics);
     let mut panels: Vec<Panel> = Vec::new();
     for segment in tangents.segments() {
@@ -133,7 +134,7 @@ struct Panel {
 impl Panel {
     fn new(from: f64, to: f64, density: f64, integrand: &impl Fn(f64) -> Response<f64>) -> Self {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-        let value = NODES.iter().fold(Response::zero(), |sum, (node, weight)| {
+        let value = NODES.iter().fold(Response::zero(), |sum, [node, weight]| {
             sum.plus(weight * half * density, integrand(middle + half * node))
         });
         Self {

@@ -1,10 +1,9 @@
 //! Direct evaluation of reflectance models: the truth that tables approximate.
 
 mod adaptive;
-mod placed;
 mod sadeghi;
 
-pub use adaptive::mean_response;
+pub use adaptive::{gauss_legendre, mean_response};
 pub use sadeghi::{Rule, Sadeghi};
 
 use crate::brdf::without_cosine;

@@ -3,9 +3,9 @@
 //! S_j and V_j are means over the tangents of thread j of the closed forms in [`crate::brdf`], which also has their sum
 //! over threads ([`Weave`]). Published parameters make the model neither reciprocal nor energy conserving.
 
-use super::{Model, adaptive::mean_response, placed::PlacedNodes};
+use super::{Model, gauss_legendre, mean_response};
 use crate::brdf::{
-    Components, Optics, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair,
+    Components, Optics, PlacedNodes, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair,
     ThreadResponse, Weave,
 };
 use crate::fabric::Fabric;
@@ -84,7 +84,7 @@ impl<R: Real> Sadeghi<R> {
                     )
                 }
                 Rule::Quadrature(nodes) => Tangents::Placed {
-                    nodes: PlacedNodes::new(&thread.tangents(), nodes as usize),
+                    nodes: PlacedNodes::new(&thread.tangents(), &gauss_legendre(nodes as usize)),
                     curve: thread.tangents(),
                 },
                 Rule::Adaptive(tolerance) => Tangents::Adaptive {
@@ -207,7 +207,9 @@ impl<R: Real> Thread<R> {
                 sum
             }
             Tangents::Placed { nodes, curve } => ThreadResponse {
-                response: nodes.mean_response(&pair, &optics),
+                response: nodes
+                    .mean_response(&pair, &optics)
+                    .plus(L::one(), curve.response_of_tilts(&pair, &optics)),
                 projection: match model.reweighting {
                     Reweighting::View => curve.projection(wr),
                     Reweighting::Both => curve.joint_projection(wi, wr, pair.correlation_psi()),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{Options, ReportError};
-use crate::bake::{Preset, Settings, bake};
+use crate::bake::{Direct, Preset, Settings, bake};
 use crate::fabric::{Fabric, Thread};
 use crate::metrics::Pair;
 use crate::model::{Model, Rule, Sadeghi};
@@ -221,8 +221,9 @@ fn bakes(options: &Options) -> Vec<(String, Settings)> {
     let sizes = options.sizes.iter().map(|size| {
         let settings = Settings {
             max_bytes: *size,
-            // The size is to be used.
+            // The size is to be used, and by grids.
             target_error: 0.0,
+            direct: Direct::Never,
             ..standard()
         };
         (size_name(*size), settings)
@@ -230,9 +231,10 @@ fn bakes(options: &Options) -> Vec<(String, Settings)> {
     let encodings = options.encodings.iter().map(|encoding| {
         let settings = Settings {
             encoding: *encoding,
+            direct: Direct::Never,
             ..standard()
         };
-        (format!("standard:{}", encoding_name(*encoding)), settings)
+        (format!("grids:{}", encoding_name(*encoding)), settings)
     });
     presets.chain(sizes).chain(encodings).collect()
 }

@@ -55,7 +55,7 @@ impl Default for Options {
             midpoints: vec![1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 50, 100],
             quadratures: vec![1, 2, 3, 4, 5, 6, 8, 10, 12, 16],
             presets: vec![Preset::Draft, Preset::Standard, Preset::Fine],
-            sizes: vec![64 << 10, 256 << 10, 1 << 20, 16 << 20],
+            sizes: vec![64 << 10, 256 << 10, 1 << 20, 4 << 20, 16 << 20],
             encodings: vec![
                 Encoding::F32,
                 Encoding::I16,
@@ -111,7 +111,7 @@ pub struct FabricReport {
     pub title: String,
     /// Every evaluator.
     pub evaluators: Vec<Measurement>,
-    /// Where the table errs that [`FabricReport::headline`] gives; empty if it has no samples.
+    /// Where the table errs that [`FabricReport::headline`] gives; empty if it is exact.
     pub heat: Vec<HeatMap>,
 }
 
@@ -244,7 +244,7 @@ pub fn measure(
             file_bytes: candidate.file_bytes,
         });
     }
-    if let Some(table) = report.headline().filter(|table| table.decoded_bytes > 0) {
+    if let Some(table) = report.headline().filter(|table| !table.is_exact()) {
         let index = report.evaluators.iter().position(|other| other == table);
         let errors = truth.relative_errors(&values[index.expect("it is one of them")]);
         report.heat = heat::maps(&table.evaluator, fabric, truth.pairs(), &errors);

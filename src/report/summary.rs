@@ -7,6 +7,13 @@ use crate::bake::Preset;
 /// Mean error below which the fastest evaluator is named.
 const GOOD: f64 = 5e-3;
 
+impl Measurement {
+    /// Whether nothing but rounding separates it from direct integration.
+    pub(super) fn is_exact(&self) -> bool {
+        self.error.all.mean < 1e-5
+    }
+}
+
 impl FabricReport {
     /// The table to speak of: the standard one, else the most accurate; without grid the only one.
     pub fn headline(&self) -> Option<&Measurement> {
@@ -50,7 +57,10 @@ impl FabricReport {
         };
         let name = short_name(table);
         let subject = match table.decoded_bytes {
-            0 => "Every tilt has a closed form, so that the table needs no samples. It".to_owned(),
+            0 if table.is_exact() => {
+                "Every tilt has a closed form, so that the table needs no samples. It".to_owned()
+            }
+            0 => format!("The {name} table evaluates every thread directly at a few tilts. It"),
             _ => format!("The {name} table"),
         };
         let mut text = format!(

@@ -6,7 +6,7 @@ use alloc::{borrow::ToOwned, string::String, vec, vec::Vec};
 
 use super::grid::{CHANNELS, PADDING};
 use super::{
-    Axis, Encoding, Error, Grid, MAX_KNOTS, Samples, Table, ThreadParameters, ThreadTable,
+    Axis, Encoding, Error, Grid, MAX_KNOTS, Samples, Segments, Table, ThreadParameters, ThreadTable,
 };
 use crate::brdf::{Optics, Reweighting, limits};
 use crate::chart::Chart;
@@ -26,6 +26,7 @@ const CHECKED_FROM: usize = 20;
 const MAX_HEADER_BYTES: usize = 16 << 20;
 const MAX_THREADS: u32 = 64;
 const MAX_PARTS: u32 = 4096;
+const MAX_DIRECT_NODES: u32 = 64;
 
 /// How a chunk's bytes are stored.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -516,10 +517,20 @@ impl Reader<'_> {
         if (weights.sum::<f64>() - 1.0).abs() > 1e-6 {
             return Err(self.invalid("sum of a thread's weights"));
         }
+        let mut nodes = Vec::new();
         let grid = match self.u32()? {
             0 if segments.is_empty() => None,
             1 if !segments.is_empty() => Some(self.grid()?),
-            _ => return Err(self.invalid("presence of a grid")),
+            2 if !segments.is_empty() => {
+                for _ in 0..self.count("number of nodes", 1..=MAX_DIRECT_NODES)? {
+                    nodes.push([
+                        self.f64_where("node", |x| x.abs() < 1.0)?,
+                        self.f64_where("weight of a node", |x| x > 0.0 && x <= 2.0)?,
+                    ]);
+                }
+                None
+            }
+            _ => return Err(self.invalid("how segments are evaluated")),
         };
         Ok((
             ThreadParameters {
@@ -530,6 +541,7 @@ impl Reader<'_> {
                 optics,
                 tilts,
                 segments,
+                nodes,
             },
             grid,
         ))
@@ -603,11 +615,7 @@ mod write {
         /// # Errors
         /// When zstd runs out of memory.
         pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
-            let grids: Vec<&Grid> = self
-                .threads
-                .iter()
-                .filter_map(|thread| thread.grid.as_ref())
-                .collect();
+            let grids: Vec<&Grid> = self.threads.iter().filter_map(ThreadTable::grid).collect();
             let mut contents = vec![(
                 Codec::Zstd,
                 self.metadata.len(),
@@ -696,6 +704,7 @@ mod write {
             optics,
             tilts,
             segments,
+            nodes,
         } = &thread.parameters;
         put_u32(out, name.len());
         out.extend(name.bytes());
@@ -718,9 +727,19 @@ mod write {
                 put_f64(out, x);
             }
         }
-        put_u32(out, usize::from(thread.grid.is_some()));
-        if let Some(grid) = &thread.grid {
-            put_grid(out, grid);
+        match &thread.segments {
+            Segments::None => put_u32(out, 0),
+            Segments::Grid(grid) => {
+                put_u32(out, 1);
+                put_grid(out, grid);
+            }
+            Segments::Direct(_) => {
+                put_u32(out, 2);
+                put_u32(out, nodes.len());
+                for x in nodes.as_flattened() {
+                    put_f64(out, *x);
+                }
+            }
         }
     }
 

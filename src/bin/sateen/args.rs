@@ -152,7 +152,7 @@ pub(crate) struct ReportArgs {
     /// Presets to bake, with commas between them [default: all; fine takes minutes per fabric].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
     pub(crate) presets: Option<Vec<PresetArg>>,
-    /// Other sizes in memory to bake, as 64KiB,16MiB [default: 64KiB,256KiB,1MiB,16MiB].
+    /// Other sizes in memory to bake, as 64KiB,16MiB with a grid for every thread [default: 64KiB,256KiB,1MiB,4MiB,16MiB].
     #[arg(long, value_delimiter = ',', value_parser = parse_size, value_name = "LIST")]
     pub(crate) sizes: Option<Vec<usize>>,
     /// Bake no other sizes and encodings than those of the presets.

@@ -68,6 +68,12 @@ fn thread_text(thread: &ThreadTable) -> String {
     if let Some(grid) = thread.grid() {
         parts.push(grid_text(grid));
     }
+    if let Some(nodes) = thread.direct_nodes() {
+        let segments = thread.tangents().segments().len();
+        parts.push(format!(
+            "{segments} segments evaluated at {nodes} tilts each"
+        ));
+    }
     format!("  {:<10} {}\n", thread.name(), parts.join(", "))
 }
 
@@ -124,6 +130,7 @@ fn info_json(table: &Table, provenance: &Provenance, file_bytes: usize) -> Value
             "albedo": thread.albedo(),
             "tilts": tilts.collect::<Value>(),
             "segments": segments.collect::<Value>(),
+            "direct_nodes": thread.direct_nodes(),
             "grid": thread.grid().map(grid),
         })
     };
@@ -137,5 +144,6 @@ fn info_json(table: &Table, provenance: &Provenance, file_bytes: usize) -> Value
         "settings": provenance.settings,
         "fabric": provenance.fabric,
         "error": provenance.error,
+        "choices": provenance.choices,
     })
 }

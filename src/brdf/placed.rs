@@ -1,4 +1,4 @@
-//! `quadrature:N`: the mean of a thread's response by N tilts per segment, placed for the pair at hand.
+//! The mean of a thread's response by N tilts per segment, placed for the pair at hand: `quadrature:N`.
 //!
 //! All happens in the frame turned to the highlight, β = δ + ψ_H, and in the tangent of the half angle, q = tan(β/2), which
 //! needs no trigonometry:
@@ -29,9 +29,10 @@
 //!
 //! c was tuned on the library (c ± 1 costs at most a fifth); on other pairs the errors are the same to 2 %.
 
-use gauss_quad::GaussLegendre;
+use alloc::vec::Vec;
+use core::f64::consts::FRAC_1_SQRT_2;
 
-use crate::brdf::{Optics, Response, TangentCurve, ThreadPair};
+use super::{Optics, Response, TangentCurve, ThreadPair, tangent};
 use crate::math::{Lanes, Real, norm2};
 
 /// Keeps quotients of nothing finite, in f32 too.
@@ -39,19 +40,17 @@ const TINY: f64 = 1e-30;
 /// Keeps slopes and half-angle tangents finite.
 const SMALL: f64 = 1e-6;
 
-/// A thread's tangents, prepared.
-#[derive(Debug, Clone)]
-pub(super) struct PlacedNodes<R> {
+/// A thread's segments, prepared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacedNodes<R> {
     segments: Vec<Segment<R>>,
-    /// (cos δ, sin δ, weight) of single tilts, which need no rule.
-    tilts: Vec<[R; 3]>,
     /// Gauss–Legendre nodes and weights on \[−1, 1\].
     nodes: Vec<[R; 2]>,
     /// c/2.
     half_reach: R,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 struct Segment<R> {
     /// (cos o, sin o) of both ends.
     ends: [[R; 2]; 2],
@@ -59,42 +58,32 @@ struct Segment<R> {
 }
 
 impl<R: Real> PlacedNodes<R> {
-    /// For `count` ≥ 1 nodes per segment.
-    pub(super) fn new(curve: &TangentCurve<f64>, count: usize) -> Self {
-        let rule = GaussLegendre::new(count.max(1).try_into().expect("not zero"));
-        let segment = |segment: &crate::brdf::Segment<f64>| Segment {
-            ends: [segment.from, segment.to].map(|o| [R::of(o.cos()), R::of(o.sin())]),
+    /// For the segments of `curve`, with the Gauss–Legendre `nodes` and weights on \[−1, 1\].
+    pub fn new(curve: &TangentCurve<f64>, nodes: &[[f64; 2]]) -> Self {
+        let end = |o: f64| {
+            let (sin, cos) = num_traits::Float::sin_cos(o);
+            [R::of(cos), R::of(sin)]
+        };
+        let segment = |segment: &tangent::Segment<f64>| Segment {
+            ends: [end(segment.from), end(segment.to)],
             density: R::of(segment.weight / (segment.to - segment.from)),
         };
         Self {
             segments: curve.segments().iter().map(segment).collect(),
-            tilts: curve
-                .tilts()
-                .iter()
-                .map(|tilt| [tilt.cos, tilt.sin, tilt.weight].map(R::of))
-                .collect(),
-            nodes: rule
-                .iter()
-                .map(|(node, weight)| [*node, *weight].map(R::of))
-                .collect(),
-            half_reach: R::of(0.5 * (3.0 + 0.5 * count as f64)),
+            nodes: nodes.iter().map(|node| node.map(R::of)).collect(),
+            half_reach: R::of(0.5 * (3.0 + 0.5 * nodes.len() as f64)),
         }
     }
 
-    /// Mean S and V.
+    /// N, the nodes per segment.
+    pub fn count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Mean S and V of the segments over the whole thread's length.
     #[inline(always)]
-    pub(super) fn mean_response<L: Lanes>(
-        &self,
-        pair: &ThreadPair<L>,
-        optics: &Optics<L>,
-    ) -> Response<L> {
+    pub fn mean_response<L: Lanes>(&self, pair: &ThreadPair<L>, optics: &Optics<L>) -> Response<L> {
         let mut response = Response::zero();
-        for [cos, sin, weight] in &self.tilts {
-            response = response.plus(splat(weight), pair.response(optics, splat(cos), splat(sin)));
-        }
-        if self.segments.is_empty() {
-            return response;
-        }
         let highlight = Highlight::new(pair, optics, splat(&self.half_reach));
         for segment in &self.segments {
             response = response.plus(
@@ -227,7 +216,7 @@ impl<L: Lanes> Highlight<L> {
 /// A(γ).
 #[inline(always)]
 fn lobe_area<L: Lanes>(gamma: L, theta_a: L, theta_b: L) -> L {
-    let k = L::of(std::f64::consts::FRAC_1_SQRT_2) / gamma;
+    let k = L::of(FRAC_1_SQRT_2) / gamma;
     (L::of(0.5) * (erf(k * theta_b) - erf(k * theta_a))).max(L::zero())
 }
 

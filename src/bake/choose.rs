@@ -1,0 +1,194 @@
+//! How a thread's segments are best evaluated: from a grid, or directly at a few placed tilts.
+//!
+//! Cost is counted in evaluations of one tilt ([`crate::brdf::ThreadPair::response`]). Measured in batches on AVX2 (AMD
+//! Zen 3): a tilt 9 ns, what [`PlacedNodes`] does once per segment 18 ns, a grid of any size up to a few megabytes 45 to
+//! 60 ns. A grid costs the same for any number of segments, and for narrow lobes, where direct evaluation needs many nodes;
+//! for a single segment and wide lobes nothing beats three or four nodes. Where threads stand almost upright, grids err most
+//! and direct evaluation least.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::Settings;
+use super::integrate::Integrand;
+use super::plan::{Plan, plan_axes};
+use crate::brdf::{PlacedNodes, ThreadPair};
+use crate::chart::Chart;
+use crate::fabric::{Fabric, Thread};
+use crate::metrics::protocol_pairs;
+use crate::model::gauss_legendre;
+use crate::progress::{Cancelled, Progress};
+
+/// Of a grid, in evaluations of a tilt.
+const GRID_COST: usize = 5;
+/// Of direct evaluation per segment, besides its nodes.
+const SEGMENT_COST: usize = 2;
+/// The most nodes per segment that are tried.
+const MAX_NODES: usize = 16;
+/// Direct evaluation that rescues a thread from a bad grid shall be better than asked for by this factor: it costs little
+/// more, and tails gain.
+const RESCUE: f64 = 3.0;
+const PAIRS: usize = 512;
+const SEED: u64 = 1;
+
+/// When segments are evaluated directly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Direct {
+    /// Never.
+    Never,
+    /// Where a grid of the size allowed would err more than [`Settings::max_error`], and where direct evaluation neither
+    /// errs more nor costs more than the grid.
+    Worthwhile,
+    /// Where such a grid would err too much, and where direct evaluation keeps [`Settings::max_error`] and costs no more.
+    Cheaper,
+    /// Always.
+    Always,
+}
+
+/// What was chosen for a thread, and instead of what.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    /// The thread's name.
+    pub thread: String,
+    /// Whether its segments have a grid.
+    pub grid: bool,
+    /// Mean relative error of the thread to expect from the best grid, if one was planned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grid_error: Option<f64>,
+    /// How many tilts per segment direct evaluation takes to be as good as wanted: see [`Direct`].
+    pub direct_nodes: usize,
+    /// Its error.
+    pub direct_error: f64,
+    /// Its cost over that of a grid.
+    pub direct_cost: f64,
+}
+
+/// What to evaluate a thread's segments by.
+pub(super) enum Representation {
+    Grid(Box<(Integrand, Plan)>),
+    Direct(Vec<[f64; 2]>),
+}
+
+/// Chooses for a thread with segments.
+pub(super) fn choose(
+    fabric: &Fabric,
+    thread: &Thread,
+    settings: &Settings,
+    max_coefficients: usize,
+    progress: Progress<'_>,
+) -> Result<(Representation, Choice), Cancelled> {
+    let grid = match settings.direct {
+        Direct::Always => None,
+        _ => Some(plan_grid(
+            fabric,
+            thread,
+            settings,
+            max_coefficients,
+            progress,
+        )?),
+    };
+    let grid_error = grid.as_ref().map(|(_, plan)| plan.error);
+    let fails = grid_error.is_none_or(|error| error > settings.max_error);
+    let wanted = match (settings.direct, grid_error) {
+        (Direct::Worthwhile, _) if fails => settings.max_error / RESCUE,
+        (Direct::Worthwhile, Some(grid_error)) => grid_error,
+        _ => settings.max_error,
+    };
+    let (nodes, direct_error) = direct_nodes(fabric, thread, wanted);
+    let segments = thread.tangents::<f64>().segments().len();
+    let direct_cost = (segments * (nodes.len() + SEGMENT_COST)) as f64 / GRID_COST as f64;
+    let costs_no_more = direct_cost <= 1.0 && direct_error <= wanted;
+    let directly = match settings.direct {
+        Direct::Never => false,
+        Direct::Worthwhile if fails => grid_error.is_none_or(|error| direct_error < error),
+        Direct::Worthwhile => costs_no_more,
+        Direct::Cheaper => fails || costs_no_more,
+        Direct::Always => true,
+    };
+    let choice = Choice {
+        thread: thread.name.clone(),
+        grid: !directly,
+        grid_error,
+        direct_nodes: nodes.len(),
+        direct_error,
+        direct_cost,
+    };
+    Ok(match grid {
+        Some(grid) if !directly => (Representation::Grid(Box::new(grid)), choice),
+        _ => (Representation::Direct(nodes), choice),
+    })
+}
+
+/// The grid in the chart that promises the least error.
+fn plan_grid(
+    fabric: &Fabric,
+    thread: &Thread,
+    settings: &Settings,
+    max_coefficients: usize,
+    progress: Progress<'_>,
+) -> Result<(Integrand, Plan), Cancelled> {
+    let charts = match &settings.chart {
+        Some(chart) => std::slice::from_ref(chart),
+        None => &Chart::ALL[..],
+    };
+    let mut grids = Vec::new();
+    for (index, chart) in charts.iter().enumerate() {
+        let part = |k: usize| k as f64 / charts.len() as f64;
+        let progress = progress.part(part(index), part(index + 1));
+        let integrand = Integrand::new(fabric, thread, *chart, settings.tolerance);
+        let plan = plan_axes(
+            fabric,
+            thread,
+            &integrand,
+            settings,
+            max_coefficients,
+            progress,
+        )?;
+        grids.push((integrand, plan));
+    }
+    let best = grids
+        .into_iter()
+        .min_by(|a, b| a.1.error.total_cmp(&b.1.error));
+    Ok(best.expect("there are charts"))
+}
+
+/// The least nodes per segment whose mean relative error is at most `wanted`, or the most, and that error: of S + A V of the
+/// segments, relative to itself plus a hundredth of its mean, A being the largest channel of the albedo.
+fn direct_nodes(fabric: &Fabric, thread: &Thread, wanted: f64) -> (Vec<[f64; 2]>, f64) {
+    let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
+    let frame = thread.frame::<f64>();
+    let integrand = Integrand::new(fabric, thread, Chart::Thesis, 1e-6);
+    let truth: Vec<(ThreadPair<f64>, f64)> = protocol_pairs(fabric, PAIRS, SEED)
+        .par_iter()
+        .map(|pair| {
+            let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
+            let response = integrand.at_pair(wi, wr);
+            (
+                ThreadPair::new(wi, wr, fabric.sigma_u),
+                response.surface + brightest * response.volume,
+            )
+        })
+        .collect();
+    let floor = 0.01 * truth.iter().map(|(_, value)| value).sum::<f64>() / truth.len() as f64;
+    let curve = thread.tangents::<f64>();
+    let mut count = 1;
+    loop {
+        let rule = gauss_legendre(count);
+        let nodes = PlacedNodes::<f64>::new(&curve, &rule);
+        let error_of = |(pair, value): &(ThreadPair<f64>, f64)| {
+            let response = nodes.mean_response(pair, &thread.optics);
+            let error = (response.surface + brightest * response.volume - value).abs();
+            if error > 0.0 {
+                error / (value + floor)
+            } else {
+                0.0
+            }
+        };
+        let error = truth.iter().map(error_of).sum::<f64>() / truth.len() as f64;
+        if error <= wanted || count == MAX_NODES {
+            return (rule, error);
+        }
+        count += 1;
+    }
+}
