@@ -551,3 +551,60 @@ fn fabrics_and_tables_may_come_through_pipes() {
         .code(1)
         .stderr(contains("more than"));
 }
+
+#[test]
+fn limits_choose_the_cheapest_table_that_keeps_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("table.sateen");
+    let bake = |arguments: &[&str]| {
+        sateen()
+            .args(["bake", "--json", "-o"])
+            .arg(&path)
+            .args(arguments)
+            .assert()
+    };
+    let result = |arguments: &[&str], code: i32| -> Value {
+        let assert = bake(arguments).code(code);
+        let all: Value = serde_json::from_slice(&assert.get_output().stdout).unwrap();
+        all[0].clone()
+    };
+    let mean = |result: &Value| result["error"]["all"]["mean"].as_f64().unwrap();
+
+    // One segment and wide lobes: nothing beats a few tilts.
+    let direct = result(&["tshirt-white", "--max-error", "0.5%"], 0);
+    assert!(mean(&direct) <= 0.005);
+    assert_eq!(direct["decoded_bytes"], 0);
+    assert_eq!(direct["choices"][0]["grid"], false);
+    assert!(path.exists());
+
+    // Three segments: a grid is cheaper than tilts in each.
+    let grid = result(
+        &["denim", "--max-error", "1.5%", "--max-bytes", "512KiB"],
+        0,
+    );
+    assert!(mean(&grid) <= 0.015);
+    assert!(grid["decoded_bytes"].as_u64().unwrap() <= 512 << 10);
+    assert_eq!(grid["choices"][0]["grid"], true);
+
+    // Nothing is so exact or so fast: the nearest miss is told, and nothing written.
+    fs::remove_file(&path).unwrap();
+    for impossible in [
+        &[
+            "tshirt-white",
+            "--max-error",
+            "1e-9%",
+            "--max-bytes",
+            "16KiB",
+        ][..],
+        &["tshirt-white", "--max-ns", "0.001"],
+    ] {
+        let miss = result(impossible, 3);
+        assert_eq!(
+            (&miss["within"], &miss["path"]),
+            (&Value::Bool(false), &Value::Null)
+        );
+        assert!(!path.exists());
+    }
+    bake(&["denim", "--max-error", "1%", "--preset", "draft"]).code(2);
+    bake(&["denim", "--max-ns", "0"]).code(2);
+}

@@ -42,13 +42,13 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
     assert_eq!(
         files.keys().collect::<Vec<_>>(),
         [
+            "denim-phi_d-phi_h.svg",
+            "denim-psi-theta_d.svg",
+            "denim-time.svg",
             "faux-suede-time.svg",
             "index.html",
             "report.csv",
             "report.json",
-            "denim-phi_d-phi_h.svg",
-            "denim-psi-theta_d.svg",
-            "denim-time.svg",
         ]
     );
 

@@ -4,12 +4,14 @@
 //! mean response integrated at its sites (`integrate`) and stored (`encode`). Then the table's error is measured by the protocol of [`crate::metrics`] and written into it,
 //! together with everything that made it.
 
+mod budget;
 mod choose;
 mod encode;
 mod integrate;
 mod plan;
 mod settings;
 
+pub use budget::{Budget, Cost, bake_within};
 pub use choose::{Choice, Direct};
 pub use settings::{Preset, Settings};
 

@@ -6,7 +6,7 @@ use alloc::{borrow::ToOwned, string::String, vec, vec::Vec};
 
 use super::grid::{CHANNELS, PADDING};
 use super::{
-    Axis, Encoding, Error, Grid, MAX_KNOTS, Samples, Segments, Table, ThreadParameters, ThreadTable,
+    Axis, Encoding, Error, Grid, MAX_KNOTS, Samples, Table, ThreadParameters, ThreadTable,
 };
 use crate::brdf::{Optics, Reweighting, limits};
 use crate::chart::Chart;
@@ -604,6 +604,7 @@ impl Reader<'_> {
 
 #[cfg(feature = "zstd")]
 mod write {
+    use super::super::Segments;
     use super::*;
 
     /// zstd's level: the files are written once and read often.

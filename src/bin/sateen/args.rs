@@ -53,6 +53,16 @@ pub(crate) struct BakeArgs {
     /// How large and how accurate.
     #[arg(long, value_enum, default_value_t = PresetArg::Standard)]
     pub(crate) preset: PresetArg,
+    /// The most mean relative error (0.01 or 1%); the cheapest table that keeps this and the other limits is baked, and if
+    /// there is none, nothing is written and the exit status is 3.
+    #[arg(long, value_name = "E", value_parser = parse_share, conflicts_with = "preset")]
+    pub(crate) max_error: Option<f64>,
+    /// The most bytes in memory, as 64KiB or 4MiB.
+    #[arg(long, value_name = "N", value_parser = parse_size, conflicts_with = "preset")]
+    pub(crate) max_bytes: Option<usize>,
+    /// The most time per pair in nanoseconds, measured in batches on one core of this machine.
+    #[arg(long, value_name = "T", value_parser = parse_nanoseconds, conflicts_with = "preset")]
+    pub(crate) max_ns: Option<f64>,
     /// The four coordinates of the table [default: for each thread the better].
     #[arg(long, value_enum)]
     pub(crate) chart: Option<ChartArg>,
@@ -255,6 +265,13 @@ fn parse_evaluator(text: &str) -> Result<Evaluator, String> {
         Some(("midpoint", count)) => within(count, MAX_MIDPOINTS, Rule::Midpoint),
         Some(("quadrature", count)) => within(count, MAX_NODES, Rule::Quadrature),
         _ => Err("it is one of table, midpoint:N, quadrature:N, reference".to_owned()),
+    }
+}
+
+fn parse_nanoseconds(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(ns) if ns > 0.0 && ns.is_finite() => Ok(ns),
+        _ => Err("it is a number of nanoseconds above 0".to_owned()),
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use sateen::bake::{Preset, Provenance, Settings, bake};
+use sateen::bake::{Budget, Preset, Provenance, Settings, bake, bake_within};
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
 use sateen::progress::Progress;
 use sateen::table::Table;
@@ -12,7 +12,9 @@ use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::BakeArgs;
-use crate::output::{Bar, Output, Usage, error_lines, print, print_json, sizes, use_threads};
+use crate::output::{
+    Bar, Output, Usage, bytes, choice_lines, error_lines, print, print_json, sizes, use_threads,
+};
 use crate::subject::load_fabric;
 
 pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
@@ -30,6 +32,14 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         .collect::<Result<_>>()?;
     let settings = settings(args);
 
+    let budget = Budget {
+        max_error: args.max_error,
+        max_bytes: args.max_bytes,
+        max_ns: args.max_ns,
+    };
+    let is_limited = budget != Budget::default();
+
+    let mut outcome = Outcome::Done;
     let mut bar = Bar::new(fabrics.len());
     let mut results = Vec::new();
     for ((fabric, path), output) in fabrics.iter().zip(&paths).zip(&outputs) {
@@ -37,30 +47,55 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         let start = Instant::now();
         let report = |share: f64| bar.report(share);
         let interrupted = || format!("{} was not written", path.display());
-        let table = bake(fabric, &settings, Progress::new(&report)).with_context(interrupted)?;
-        let file = table.to_bytes().with_context(interrupted)?;
-        // Its own reader has the last word: nothing is written that cannot be loaded.
-        Table::from_bytes(&file).with_context(interrupted)?;
-        output.write(&file)?;
+        let progress = Progress::new(&report);
+        let (table, cost) = if is_limited {
+            let (table, cost) =
+                bake_within(fabric, &settings, &budget, progress).with_context(interrupted)?;
+            (table, Some(cost))
+        } else {
+            let table = bake(fabric, &settings, progress).with_context(interrupted)?;
+            (table, None)
+        };
+        let provenance = Provenance::of(&table).context("metadata just written")?;
+        let within = cost.is_none_or(|cost| budget.holds(&cost));
+        let mut file_bytes = None;
+        if within {
+            let file = table.to_bytes().with_context(interrupted)?;
+            // Its own reader has the last word: nothing is written that cannot be loaded.
+            Table::from_bytes(&file).with_context(interrupted)?;
+            output.write(&file)?;
+            file_bytes = Some(file.len());
+        } else {
+            outcome = Outcome::OutOfTolerance;
+        }
         let seconds = start.elapsed().as_secs_f64();
-        let error = Provenance::of(&table)
-            .context("metadata just written")?
-            .error;
         if args.json {
             results.push(json!({
                 "fabric": fabric.name,
-                "path": path,
+                "path": file_bytes.map(|_| path),
+                "within": within,
                 "decoded_bytes": table.decoded_bytes(),
-                "file_bytes": file.len(),
+                "file_bytes": file_bytes,
+                "ns": cost.and_then(|cost| cost.ns),
                 "seconds": seconds,
-                "error": error,
+                "error": provenance.error,
+                "choices": provenance.choices,
             }));
         } else {
-            let sizes = sizes(table.decoded_bytes(), file.len());
+            let sizes = match file_bytes {
+                Some(file_bytes) => sizes(table.decoded_bytes(), file_bytes),
+                None => format!(
+                    "not written, nothing keeps the limits; the nearest: {} in memory",
+                    bytes(table.decoded_bytes())
+                ),
+            };
+            let ns = cost.and_then(|cost| cost.ns);
+            let ns = ns.map_or(String::new(), |ns| format!(", {ns:.0} ns per pair"));
             let text = format!(
-                "{}: {sizes}, {seconds:.1} s\n{}",
+                "{}: {sizes}{ns}, {seconds:.1} s\n{}{}",
                 path.display(),
-                error_lines(&error)
+                choice_lines(&provenance.choices),
+                error_lines(&provenance.error)
             );
             bar.suspend(|| print(&text))?;
         }
@@ -68,7 +103,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     if args.json {
         print_json(&Value::from(results))?;
     }
-    Ok(Outcome::Done)
+    Ok(outcome)
 }
 
 fn settings(args: &BakeArgs) -> Settings {

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use sateen::bake::Choice;
 use sateen::metrics::{ErrorReport, Quantiles};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -245,6 +246,34 @@ pub(crate) fn bytes(count: usize) -> String {
 /// What a table takes, for people.
 pub(crate) fn sizes(decoded: usize, file: usize) -> String {
     format!("{} in memory, {} in the file", bytes(decoded), bytes(file))
+}
+
+/// How a table evaluates its threads, and why, for people.
+pub(crate) fn choice_lines(choices: &[Choice]) -> String {
+    let line = |choice: &Choice| {
+        let percent = |x: f64| format!("{:.2} %", 100.0 * x);
+        let grid_error = choice.grid_error.map_or(String::new(), |error| {
+            format!(" ({} expected)", percent(error))
+        });
+        let direct = format!(
+            "{} tilts per segment ({} expected) at {:.1} times a grid's time",
+            choice.direct_nodes,
+            percent(choice.direct_error),
+            choice.direct_cost
+        );
+        if choice.grid {
+            format!(
+                "  {:<14} grid{grid_error}, rather than {direct}\n",
+                choice.thread
+            )
+        } else {
+            format!(
+                "  {:<14} {direct}, rather than a grid{grid_error}\n",
+                choice.thread
+            )
+        }
+    };
+    choices.iter().map(line).collect()
 }
 
 /// The error of a table, for people.

@@ -1,0 +1,178 @@
+//! The cheapest table that keeps a budget of error, bytes and time, in any combination.
+//!
+//! Given an error, every thread is evaluated by the least that is expected to keep it: the smallest grid, or the fewest
+//! directly evaluated tilts if those cost no more (`choose`). The table is then measured; what it errs too much, the next
+//! attempt expects less. Without an error the budget of time is met by the most accurate table, tried from the most
+//! accurate on; and one of bytes alone by filling them.
+//!
+//! Time is measured here and now, in batches on one core, and the result of a budget of time depends on the machine. Others
+//! give the same bytes everywhere.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use super::{BakeError, Direct, Preset, Provenance, Settings, bake};
+use crate::fabric::Fabric;
+use crate::metrics::protocol_pairs;
+use crate::progress::Progress;
+use crate::table::Table;
+
+/// What a table may cost; `None` is no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Budget {
+    /// Mean relative error.
+    pub max_error: Option<f64>,
+    /// Bytes of samples in memory.
+    pub max_bytes: Option<usize>,
+    /// Nanoseconds per pair, in batches on one core of this machine.
+    pub max_ns: Option<f64>,
+}
+
+/// What a table costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// Mean relative error.
+    pub error: f64,
+    /// Bytes of samples in memory.
+    pub bytes: usize,
+    /// Nanoseconds per pair, if that matters.
+    pub ns: Option<f64>,
+}
+
+impl Budget {
+    /// Whether `cost` is within.
+    pub fn holds(&self, cost: &Cost) -> bool {
+        self.excess(cost) <= 1.0
+    }
+
+    /// By which factor `cost` is over the budget, at most, or how close to it.
+    fn excess(&self, cost: &Cost) -> f64 {
+        let ratio = |cost: f64, most: f64| if cost > 0.0 { cost / most } else { 0.0 };
+        let error = self.max_error.map(|most| ratio(cost.error, most));
+        let bytes = self
+            .max_bytes
+            .map(|most| ratio(cost.bytes as f64, most as f64));
+        let ns = self
+            .max_ns
+            .zip(cost.ns)
+            .map(|(most, cost)| ratio(cost, most));
+        [error, bytes, ns].into_iter().flatten().fold(0.0, f64::max)
+    }
+}
+
+/// Where memory ends if no budget says so.
+const MOST_BYTES: usize = 32 << 20;
+/// Errors to try where only time is given, the most accurate first.
+const ERRORS: [f64; 6] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2];
+/// Attempts to keep an error that expectations have missed.
+const ATTEMPTS: usize = 4;
+
+/// Bakes the cheapest table within `budget`, and says what it costs; if nothing found is within, the nearest miss. What
+/// `settings` do not concern size and error stays as they have it.
+///
+/// # Errors
+/// As [`bake`].
+pub fn bake_within(
+    fabric: &Fabric,
+    settings: &Settings,
+    budget: &Budget,
+    progress: Progress<'_>,
+) -> Result<(Table, Cost), BakeError> {
+    let max_bytes = budget.max_bytes.unwrap_or(MOST_BYTES);
+    let mut expected: Vec<f64> = match (budget.max_error, budget.max_ns) {
+        (Some(error), _) => vec![error],
+        (None, Some(_)) => ERRORS.to_vec(),
+        (None, None) => vec![Preset::Fine.settings().max_error],
+    };
+    let only_bytes = budget.max_error.is_none() && budget.max_ns.is_none();
+    expected.reverse();
+    let total = if expected.len() > 1 {
+        expected.len()
+    } else {
+        ATTEMPTS
+    };
+    let mut best: Option<(Table, Cost)> = None;
+    for attempt in 0..total {
+        let Some(error) = expected.pop() else { break };
+        let settings = Settings {
+            max_bytes,
+            max_error: error,
+            // A grid is as small as keeps the error; filled up where only bytes count.
+            target_error: if only_bytes { 0.0 } else { error },
+            direct: if only_bytes {
+                Direct::Worthwhile
+            } else {
+                Direct::Cheaper
+            },
+            ..settings.clone()
+        };
+        let part = |k: usize| k as f64 / total as f64;
+        let progress = progress.part(part(attempt), part(attempt + 1));
+        let table = bake(fabric, &settings, progress)?;
+        let cost = cost_of(fabric, &table, budget.max_ns.is_some());
+        let held = budget.holds(&cost);
+        if best
+            .as_ref()
+            .is_none_or(|(_, best)| budget.excess(&cost) < budget.excess(best))
+        {
+            best = Some((table, cost));
+        }
+        if held {
+            break;
+        }
+        if let Some(most) = budget.max_error
+            && cost.error > most
+        {
+            // As much less expected as it turned out more, and a little.
+            expected.push(0.9 * error * most / cost.error);
+        }
+    }
+    Ok(best.expect("there is an attempt"))
+}
+
+fn cost_of(fabric: &Fabric, table: &Table, timed: bool) -> Cost {
+    let provenance = Provenance::of(table).expect("just written");
+    Cost {
+        error: provenance.error.all.mean,
+        bytes: table.decoded_bytes(),
+        ns: timed.then(|| nanoseconds(fabric, table)),
+    }
+}
+
+/// Per pair in batches on this thread, median of rounds.
+fn nanoseconds(fabric: &Fabric, table: &Table) -> f64 {
+    const PAIRS: usize = 4096;
+    const ROUNDS: usize = 15;
+    const ROUND: Duration = Duration::from_millis(5);
+    let pairs = protocol_pairs(fabric, PAIRS, 1);
+    let slices = |w: fn(&crate::metrics::Pair) -> [f64; 3]| {
+        [0, 1, 2].map(|k| {
+            pairs
+                .iter()
+                .map(|pair| w(pair)[k] as f32)
+                .collect::<Vec<f32>>()
+        })
+    };
+    let (wi, wr) = (slices(|pair| pair.wi), slices(|pair| pair.wr));
+    let mut rho = [0, 1, 2].map(|_| vec![0.0; PAIRS]);
+    let mut pass = || {
+        let wi = wi.each_ref().map(Vec::as_slice);
+        let wr = wr.each_ref().map(Vec::as_slice);
+        table.eval_cos_batch(wi, wr, rho.each_mut().map(Vec::as_mut_slice));
+        black_box(&rho);
+    };
+    pass();
+    let mut rounds: Vec<f64> = (0..ROUNDS)
+        .map(|_| {
+            let start = Instant::now();
+            let mut passes = 0.0;
+            while start.elapsed() < ROUND {
+                pass();
+                passes += 1.0;
+            }
+            start.elapsed().as_secs_f64() * 1e9 / (passes * PAIRS as f64)
+        })
+        .collect();
+    rounds.sort_by(f64::total_cmp);
+    rounds[ROUNDS / 2]
+}
