@@ -1,11 +1,14 @@
-//! How long does a lookup take, beside the thesis' rule in the same run?
+//! How long does a lookup take, one pair at a time and in batches, beside the thesis' rule and placed quadrature in the same
+//! run?
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use sateen::bake::{Preset, Settings, bake};
+use sateen::bake::{Direct, Preset, Settings, bake};
 use sateen::fabric::Fabric;
-use sateen::metrics::protocol_pairs;
+use sateen::lookup::Quantity;
+use sateen::math::simd::Level;
+use sateen::metrics::{Pair, protocol_pairs};
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
 
@@ -17,37 +20,55 @@ fn lookup(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(PAIRS as u64));
     for name in ["denim", "polyester-lining", "tshirt-white", "faux-suede"] {
         let fabric = Fabric::from_library(name).expect("a library fabric");
-        let single = |w: [f64; 3]| w.map(|x| x as f32);
-        let pairs: Vec<_> = protocol_pairs(&fabric, PAIRS, 1)
-            .iter()
-            .map(|pair| (single(pair.wi), single(pair.wr)))
-            .collect();
-        let thesis = Sadeghi::<f32>::new(&fabric, Rule::THESIS);
-        group.bench_function(BenchmarkId::new(name, "midpoint:50"), |bench| {
-            bench.iter(|| {
+        let pairs = protocol_pairs(&fabric, PAIRS, 1);
+        let slices = |w: fn(&Pair) -> [f64; 3]| {
+            [0, 1, 2].map(|k| {
                 pairs
                     .iter()
-                    .map(|(wi, wr)| black_box(thesis.eval_cos(*wi, *wr))[0])
-                    .sum::<f32>()
+                    .map(|pair| w(pair)[k] as f32)
+                    .collect::<Vec<f32>>()
+            })
+        };
+        let (wi, wr) = (slices(|pair| pair.wi), slices(|pair| pair.wr));
+        let wi = wi.each_ref().map(Vec::as_slice);
+        let wr = wr.each_ref().map(Vec::as_slice);
+        let one_by_one = |eval: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| {
+            let at = |k: usize| eval(wi.map(|w| w[k]), wr.map(|w| w[k]))[0];
+            (0..PAIRS).map(|k| black_box(at(k))).sum::<f32>()
+        };
+        let mut rho = [0, 1, 2].map(|_| vec![0.0; PAIRS]);
+
+        let thesis = Sadeghi::<f32>::new(&fabric, Rule::THESIS);
+        group.bench_function(BenchmarkId::new(name, "midpoint:50"), |bench| {
+            bench.iter(|| one_by_one(&|wi, wr| thesis.eval_cos(wi, wr)));
+        });
+        let placed = Sadeghi::<f32>::new(&fabric, Rule::Quadrature(4));
+        group.bench_function(BenchmarkId::new(name, "quadrature:4 batch"), |bench| {
+            bench.iter(|| {
+                let rho = rho.each_mut().map(Vec::as_mut_slice);
+                placed.eval_cos_batch(wi, wr, rho);
             });
         });
         for preset in [Preset::Draft, Preset::Standard] {
             let settings = Settings {
                 error_pairs: 16,
+                direct: Direct::Never,
                 ..preset.settings()
             };
             let table = bake(&fabric, &settings, Progress::silent()).expect("nobody stops it");
-            group.bench_function(
-                BenchmarkId::new(name, format!("{preset:?}").to_lowercase()),
-                |bench| {
+            let preset = format!("{preset:?}").to_lowercase();
+            group.bench_function(BenchmarkId::new(name, &preset), |bench| {
+                bench.iter(|| one_by_one(&|wi, wr| table.eval_cos(wi, wr)));
+            });
+            for level in Level::ALL.into_iter().filter(|level| level.is_available()) {
+                let id = BenchmarkId::new(name, format!("{preset} {}", level.name()));
+                group.bench_function(id, |bench| {
                     bench.iter(|| {
-                        pairs
-                            .iter()
-                            .map(|(wi, wr)| black_box(table.eval_cos(*wi, *wr))[0])
-                            .sum::<f32>()
+                        let rho = rho.each_mut().map(Vec::as_mut_slice);
+                        table.eval_batch_at(level, &[], Quantity::Rho, wi, wr, rho);
                     });
-                },
-            );
+                });
+            }
         }
     }
     group.finish();

@@ -11,11 +11,13 @@ use sateen::metrics::protocol_pairs;
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
 
-/// Single precision carries about 1e-7, and steep places of a fabric magnify that. Relative to the value and a thousandth
-/// of the mean.
-const BOUND: f64 = 2e-3;
-/// The same on average.
-const MEAN_BOUND: f64 = 5e-6;
+/// A difference relative to the value and a thousandth of the mean: at most, and on average.
+struct Bound(f64, f64);
+
+/// Between instruction sets, which round differently (found: 1.3e-5 and 1e-7).
+const LOOKUP: Bound = Bound(3e-5, 5e-7);
+/// Between single precision and double, which narrow lobes at grazing angles magnify (found: 2.7e-4 and 5e-6).
+const DIRECT: Bound = Bound(1e-3, 2e-5);
 
 struct Pairs {
     wi: Vec<[f32; 3]>,
@@ -61,7 +63,13 @@ impl Pairs {
             .collect()
     }
 
-    fn assert_close(&self, what: &str, values: &[[f32; 3]], expected: &[[f32; 3]]) {
+    fn assert_close(
+        &self,
+        what: &str,
+        values: &[[f32; 3]],
+        expected: &[[f32; 3]],
+        Bound(most, mean_most): Bound,
+    ) {
         let flat = |values: &[[f32; 3]]| {
             values
                 .iter()
@@ -79,7 +87,7 @@ impl Pairs {
         let largest = differences.iter().copied().fold(0.0, f64::max);
         let average = differences.iter().sum::<f64>() / differences.len() as f64;
         assert!(
-            largest <= BOUND && average <= MEAN_BOUND,
+            largest <= most && average <= mean_most,
             "{what}: {largest} at most, {average} on average"
         );
     }
@@ -110,9 +118,9 @@ fn batches_of_every_fabric_agree_with_single_lookups() {
                 pairs.eval(|wi, wr, to| table.eval_batch_at(level, albedos, quantity, wi, wr, to))
             };
             let name = format!("{} {}", entry.name, level.name());
-            pairs.assert_close(&name, &at(Quantity::Rho, &[]), &rho);
-            pairs.assert_close(&name, &at(Quantity::Brdf, &[]), &brdf);
-            pairs.assert_close(&name, &at(Quantity::Rho, &[[0.9, 0.5, 0.1]]), &dyed);
+            pairs.assert_close(&name, &at(Quantity::Rho, &[]), &rho, LOOKUP);
+            pairs.assert_close(&name, &at(Quantity::Brdf, &[]), &brdf, LOOKUP);
+            pairs.assert_close(&name, &at(Quantity::Rho, &[[0.9, 0.5, 0.1]]), &dyed, LOOKUP);
         }
     }
 }
@@ -143,13 +151,19 @@ fn direct_batches_agree_with_double_precision() {
             let single: Vec<[f32; 3]> = directions
                 .map(|(wi, wr)| fast.eval_cos_fast(*wi, *wr))
                 .collect();
-            pairs.assert_close(&format!("{name} {rule:?} single"), &single, &expected);
+            pairs.assert_close(
+                &format!("{name} {rule:?} single"),
+                &single,
+                &expected,
+                DIRECT,
+            );
             for level in levels() {
                 let values = pairs.eval(|wi, wr, to| fast.eval_cos_batch_at(level, wi, wr, to));
                 pairs.assert_close(
                     &format!("{name} {rule:?} {}", level.name()),
                     &values,
                     &expected,
+                    DIRECT,
                 );
             }
         }
@@ -169,7 +183,7 @@ fn a_table_without_grids_is_the_quadrature_that_it_names() {
     let pairs = Pairs::protocol(&fabric);
     let lookups = pairs.eval(|wi, wr, to| table.eval_cos_batch(wi, wr, to));
     let direct = pairs.eval(|wi, wr, to| quadrature.eval_cos_batch(wi, wr, to));
-    pairs.assert_close("tshirt-white", &lookups, &direct);
+    pairs.assert_close("tshirt-white", &lookups, &direct, LOOKUP);
 }
 
 #[test]

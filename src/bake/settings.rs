@@ -10,7 +10,7 @@ use crate::table::Encoding;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// For previews: at most 512 KiB decoded.
+    /// For previews: at most 512 KiB decoded, and 256 KiB in the file, for which 420 KiB have to do.
     Draft,
     /// For use: at most 4 MiB decoded, and 2 MiB in the file, for which 3840 KiB have to do.
     Standard,
@@ -48,9 +48,9 @@ impl Preset {
     /// The settings of the preset.
     pub fn settings(self) -> Settings {
         let (max_bytes, max_error, target_error, tolerance) = match self {
-            Self::Draft => (512 << 10, 1e-2, 4e-3, 1e-4),
+            Self::Draft => (420 << 10, 1e-2, 4e-3, 1e-4),
             Self::Standard => (3840 << 10, 2e-3, 5e-4, 1e-4),
-            Self::Fine => (32 << 20, 6e-4, 1e-4, 1e-5),
+            Self::Fine => (32 << 20, 3e-4, 1e-4, 1e-5),
         };
         Settings {
             preset: self,

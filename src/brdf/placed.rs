@@ -33,7 +33,7 @@ use alloc::vec::Vec;
 use core::f64::consts::FRAC_1_SQRT_2;
 
 use super::{Optics, Response, TangentCurve, ThreadPair, tangent};
-use crate::math::{Lanes, Real, norm2};
+use crate::math::{Lanes, Real, norm2, splat};
 
 /// Keeps quotients of nothing finite, in f32 too.
 const TINY: f64 = 1e-30;
@@ -84,21 +84,15 @@ impl<R: Real> PlacedNodes<R> {
     #[inline(always)]
     pub fn mean_response<L: Lanes>(&self, pair: &ThreadPair<L>, optics: &Optics<L>) -> Response<L> {
         let mut response = Response::zero();
-        let highlight = Highlight::new(pair, optics, splat(&self.half_reach));
+        let highlight = Highlight::new(pair, optics, splat(self.half_reach));
         for segment in &self.segments {
             response = response.plus(
-                splat(&segment.density),
+                splat(segment.density),
                 highlight.segment(optics, segment, &self.nodes),
             );
         }
         response
     }
-}
-
-/// The same number in every lane.
-#[inline(always)]
-fn splat<R: Real, L: Lanes>(x: &R) -> L {
-    L::of(x.to_double())
 }
 
 /// A pair in its highlight's frame.
@@ -147,7 +141,7 @@ impl<L: Lanes> Highlight<L> {
 
     #[inline(always)]
     fn end<R: Real>(&self, [cos_o, sin_o]: &[R; 2]) -> End<L> {
-        let (cos_o, sin_o) = (splat::<R, L>(cos_o), splat::<R, L>(sin_o));
+        let (cos_o, sin_o) = (splat::<R, L>(*cos_o), splat::<R, L>(*sin_o));
         let cos = cos_o * self.cos - sin_o * self.sin;
         let sin = sin_o * self.cos + cos_o * self.sin;
         let q = (sin / (L::one() + cos).max(L::of(SMALL)))
@@ -189,10 +183,10 @@ impl<L: Lanes> Highlight<L> {
         let mut isotropic = L::zero();
         let (mut surface_area, mut volume_area) = (L::zero(), L::zero());
         for [node, weight] in nodes {
-            let t = middle + half * splat::<R, L>(node);
+            let t = middle + half * splat::<R, L>(*node);
             let d = L::one() / (L::one() - t * t);
             let (cos, sin, jacobian) = turn(self.width * t * d);
-            let weight = splat::<R, L>(weight) * (L::one() + t * t) * d * d * jacobian;
+            let weight = splat::<R, L>(*weight) * (L::one() + t * t) * d * d * jacobian;
             let parts = self.pair.scatter(optics, cos, sin);
             sum.surface += weight * parts.surface;
             sum.volume += weight * parts.lobe;

@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use core::f64::consts::FRAC_PI_2;
 
 use super::{Optics, Response, ThreadPair, limits};
-use crate::math::{Lanes, Real, Vec3, norm2};
+use crate::math::{Lanes, Real, Vec3, norm2, splat};
 
 /// How Q weighs a tangent, \[Fecho13\] 3.26.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -263,12 +263,6 @@ impl<R: Real> TangentCurve<R> {
         }
         sum.max(L::zero())
     }
-}
-
-/// The same number in every lane.
-#[inline(always)]
-fn splat<R: Real, L: Lanes>(x: R) -> L {
-    L::of(x.to_double())
 }
 
 /// ψ, 0 along s.

@@ -4,11 +4,10 @@
 //! rows of contiguous numbers are faster to read than as many gathers: a row is one load, widened to f32, and both
 //! channels of all coefficients along the sharp axis are multiplied at once.
 
-use super::kernel::splat;
 use crate::brdf::Response;
 use crate::chart::fold_ends;
-use crate::math::Vec3;
 use crate::math::simd::{Row, Vector};
+use crate::math::{Vec3, splat};
 use crate::table::{Axis, CHANNELS, Grid, ROW, Samples, TAPS};
 
 /// S and V of a thread's segments, for pairs in thread coordinates above the surface.

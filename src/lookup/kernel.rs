@@ -2,18 +2,18 @@
 
 use super::interpolate::segments;
 use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave};
-use crate::math::Vec3;
 use crate::math::simd::{Row, Vector};
+use crate::math::{Vec3, each, splat};
 use crate::table::{Segments, Table, ThreadTable};
 
-/// The weave's sum for pairs in the surface frame, of which `each` sees every thread's part.
+/// The weave's sum for pairs in the surface frame, of which `see` sees every thread's part.
 #[inline(always)]
 pub(super) fn weave<V: Vector, R: Row>(
     table: &Table,
     albedos: &[[f32; 3]],
     wi: Vec3<V>,
     wr: Vec3<V>,
-    mut each: impl FnMut(ThreadResponse<V>),
+    mut see: impl FnMut(ThreadResponse<V>),
 ) -> Weave<V> {
     let above = V::both(V::zero().lt(wi[2]), V::zero().lt(wr[2]));
     let mut weave = Weave::new(splat(table.gap), V::select(above, wr[2], V::zero()));
@@ -30,20 +30,10 @@ pub(super) fn weave<V: Vector, R: Row>(
             },
             projection: V::select(above, projection, V::zero()),
         };
-        weave.add(
-            splat(thread.coverage),
-            crate::math::each(*albedo, splat),
-            &response,
-        );
-        each(response);
+        weave.add(splat(thread.coverage), each(*albedo, splat), &response);
+        see(response);
     }
     weave
-}
-
-/// The same number in every lane.
-#[inline(always)]
-pub(super) fn splat<V: Vector>(x: f32) -> V {
-    V::of(f64::from(x))
 }
 
 #[inline(always)]

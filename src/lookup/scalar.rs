@@ -4,10 +4,10 @@ use alloc::vec::Vec;
 
 use super::Quantity;
 use super::batch::Lookup;
-use super::kernel::{self, splat};
+use super::kernel;
 use crate::brdf::Components;
-use crate::math::each;
 use crate::math::simd::{Kernel, Level, Row, Vector, at_pair};
+use crate::math::{each, splat};
 use crate::table::Table;
 
 /// Evaluation never fails, allocates (but for [`Table::components`]) or panics, and is never negative or NaN: directions that are not above the surface,
@@ -68,7 +68,10 @@ impl Kernel for All<'_> {
     fn run<V: Vector, R: Row>(self) -> Components<f32> {
         let lane = |x: V| x.to_array().as_ref()[0];
         let mut threads = Vec::with_capacity(self.table.threads.len());
-        let (wi, wr) = (each(self.wi, splat::<V>), each(self.wr, splat::<V>));
+        let (wi, wr) = (
+            each(self.wi, splat::<f32, V>),
+            each(self.wr, splat::<f32, V>),
+        );
         let weave = kernel::weave::<V, R>(self.table, &[], wi, wr, |thread| {
             threads.push(thread.map(lane));
         });

@@ -7,7 +7,7 @@
 mod real;
 pub mod simd;
 
-pub use real::Real;
+pub use real::{Real, splat};
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};

@@ -96,3 +96,9 @@ macro_rules! real {
 
 real!(f32);
 real!(f64);
+
+/// The same number in every lane.
+#[inline(always)]
+pub fn splat<R: Real, L: Lanes>(x: R) -> L {
+    L::of(x.to_double())
+}

@@ -12,7 +12,7 @@ use crate::fabric::Fabric;
 use crate::math::simd::{
     Colours, Directions, Level, PairFunction, Row, Vector, at_pair, map_pairs,
 };
-use crate::math::{Lanes, Real, Vec3, each, norm2};
+use crate::math::{Lanes, Real, Vec3, each, norm2, splat};
 
 /// How the means over a thread's tangents are taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,12 +144,6 @@ impl<R: Real> Sadeghi<R> {
         }
         weave
     }
-}
-
-/// The same number in every lane.
-#[inline(always)]
-fn splat<R: Real, L: Lanes>(x: R) -> L {
-    L::of(x.to_double())
 }
 
 impl<R: Real> Thread<R> {

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::{Kernel, Level, Row, Vector};
-use crate::math::{Vec3, each};
+use crate::math::{Vec3, each, splat};
 
 /// Directions as slices of x, y and z.
 pub type Directions<'a> = [&'a [f32]; 3];
@@ -57,14 +57,12 @@ impl<F: PairFunction> Kernel for One<'_, F> {
 
     #[inline(always)]
     fn run<V: Vector, R: Row>(self) -> [f32; 3] {
-        let (wi, wr) = (each(self.wi, splat::<V>), each(self.wr, splat::<V>));
+        let (wi, wr) = (
+            each(self.wi, splat::<f32, V>),
+            each(self.wr, splat::<f32, V>),
+        );
         each(self.function.at::<V, R>(wi, wr), first)
     }
-}
-
-#[inline(always)]
-fn splat<V: Vector>(x: f32) -> V {
-    V::of(f64::from(x))
 }
 
 #[inline(always)]

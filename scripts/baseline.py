@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""Writes tables/baseline.csv: error and size of every fabric's tables, and their time on this machine.
+
+    scripts/baseline.py [PRESET…]       default: draft standard fine; other presets' rows stay as they are
+
+Errors and sizes are the same everywhere; tests/accuracy.rs fails when an error has grown. Times are a record of the
+machine that the script ran on, in batches and one pair at a time, and tested by nothing.
+"""
+import csv
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+OUTPUT = ROOT / "tables" / "baseline.csv"
+COLUMNS = "fabric preset mean p99 max grazing_p99 decoded_bytes file_bytes ns speedup ns_scalar speedup_scalar".split()
+PRESETS = ["draft", "standard", "fine"]
+
+
+def sateen(*arguments):
+    command = ["cargo", "run", "--quiet", "--release", "--locked", "--", *arguments]
+    return subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout
+
+
+def rows(preset, folder):
+    bakes = json.loads(sateen("bake", "--all", "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))
+    report = f"{folder}/report-{preset}"
+    sateen("report", "--presets", preset, "--no-sweep", "--pairs", "4096", "-o", report)
+    times = {}
+    for row in csv.DictReader(open(f"{report}/report.csv")):
+        times[row["fabric"], row["evaluator"], row["batch"]] = row["ns"], row["speedup"]
+    for bake in bakes:
+        fabric, error = bake["fabric"], bake["error"]
+        ns, speedup = times[fabric, f"table:{preset}", "true"]
+        ns_scalar, speedup_scalar = times[fabric, f"table:{preset}", "false"]
+        numbers = [error["all"]["mean"], error["all"]["p99"], error["all"]["max"], error["grazing"]["p99"]]
+        sizes = [bake["decoded_bytes"], bake["file_bytes"]]
+        yield [fabric, preset, *(f"{number:.6f}" for number in numbers), *sizes, ns, speedup, ns_scalar, speedup_scalar]
+
+
+def main():
+    presets = sys.argv[1:] or PRESETS
+    table = {}
+    if OUTPUT.exists():
+        table = {(row["fabric"], row["preset"]): [row[c] for c in COLUMNS] for row in csv.DictReader(open(OUTPUT))}
+    with tempfile.TemporaryDirectory() as folder:
+        for preset in presets:
+            table |= {(row[0], row[1]): row for row in rows(preset, folder)}
+    order = lambda key: (PRESETS.index(key[1]), key[0])
+    with open(OUTPUT, "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows(table[key] for key in sorted(table, key=order))
+
+
+if __name__ == "__main__":
+    main()
