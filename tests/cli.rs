@@ -577,6 +577,14 @@ fn limits_choose_the_cheapest_table_that_keeps_them() {
     assert_eq!(direct["choices"][0]["grid"], false);
     assert!(path.exists());
 
+    // Unless one wants a grid.
+    let grid = result(
+        &["tshirt-white", "--preset", "draft", "--direct", "never"],
+        0,
+    );
+    assert!(grid["decoded_bytes"].as_u64().unwrap() > 0);
+    assert_eq!(grid["choices"][0]["grid"], true);
+
     // Three segments: a grid is cheaper than tilts in each.
     let grid = result(
         &["denim", "--max-error", "1.5%", "--max-bytes", "512KiB"],

@@ -100,7 +100,7 @@ pub fn bake_within(
             // A grid is as small as keeps the error; filled up where only bytes count.
             target_error: if only_bytes { 0.0 } else { error },
             direct: if only_bytes {
-                Direct::Worthwhile
+                settings.direct
             } else {
                 Direct::Cheaper
             },

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum, value_parser};
-use sateen::bake::Preset;
+use sateen::bake::{Direct, Preset};
 use sateen::chart::Chart;
 use sateen::metrics::{DEFAULT_PAIRS, VALIDATION_SEED};
 use sateen::model::Rule;
@@ -69,6 +69,10 @@ pub(crate) struct BakeArgs {
     /// How samples are stored [default: the preset's].
     #[arg(long, value_enum)]
     pub(crate) encoding: Option<EncodingArg>,
+    /// When threads are evaluated directly instead of from a grid [default: worthwhile; cheaper with limits]. Direct threads
+    /// are fast in batches; single pairs are faster from grids.
+    #[arg(long, value_enum, value_name = "WHEN", conflicts_with_all = ["max_error", "max_ns"])]
+    pub(crate) direct: Option<DirectArg>,
     /// Which of the named albedos of a TOML file is the table's own [default: the first by name].
     #[arg(long, value_name = "NAME")]
     pub(crate) variant: Option<String>,
@@ -215,6 +219,26 @@ impl From<ChartArg> for Chart {
         match chart {
             ChartArg::Thesis => Self::Thesis,
             ChartArg::Highlight => Self::Highlight,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum DirectArg {
+    /// Never: all have grids.
+    Never,
+    /// Where that errs no more and costs no more.
+    Worthwhile,
+    /// Always: there are no grids.
+    Always,
+}
+
+impl From<DirectArg> for Direct {
+    fn from(direct: DirectArg) -> Self {
+        match direct {
+            DirectArg::Never => Self::Never,
+            DirectArg::Worthwhile => Self::Worthwhile,
+            DirectArg::Always => Self::Always,
         }
     }
 }

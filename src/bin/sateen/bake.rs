@@ -111,6 +111,9 @@ fn settings(args: &BakeArgs) -> Settings {
     if let Some(chart) = args.chart {
         settings.chart = Some(chart.into());
     }
+    if let Some(direct) = args.direct {
+        settings.direct = direct.into();
+    }
     if let Some(encoding) = args.encoding {
         settings.encoding = encoding.into();
     }
