@@ -8,7 +8,7 @@ use sateen::bake::{Direct, Preset, Settings, bake};
 use sateen::fabric::Fabric;
 use sateen::lookup::Quantity;
 use sateen::math::simd::Level;
-use sateen::metrics::{Pair, protocol_pairs};
+use sateen::metrics::{Pairs, protocol_pairs};
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
 
@@ -20,18 +20,8 @@ fn lookup(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(PAIRS as u64));
     for name in ["denim", "polyester-lining", "tshirt-white", "faux-suede"] {
         let fabric = Fabric::from_library(name).expect("a library fabric");
-        let pairs = protocol_pairs(&fabric, PAIRS, 1);
-        let slices = |w: fn(&Pair) -> [f64; 3]| {
-            [0, 1, 2].map(|k| {
-                pairs
-                    .iter()
-                    .map(|pair| w(pair)[k] as f32)
-                    .collect::<Vec<f32>>()
-            })
-        };
-        let (wi, wr) = (slices(|pair| pair.wi), slices(|pair| pair.wr));
-        let wi = wi.each_ref().map(Vec::as_slice);
-        let wr = wr.each_ref().map(Vec::as_slice);
+        let pairs = Pairs::new(&protocol_pairs(&fabric, PAIRS, 1));
+        let (wi, wr) = (pairs.lights(), pairs.viewers());
         let one_by_one = |eval: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| {
             let at = |k: usize| eval(wi.map(|w| w[k]), wr.map(|w| w[k]))[0];
             (0..PAIRS).map(|k| black_box(at(k))).sum::<f32>()

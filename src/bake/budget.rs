@@ -9,11 +9,10 @@
 //! give the same bytes everywhere.
 
 use std::hint::black_box;
-use std::time::{Duration, Instant};
 
 use super::{BakeError, Direct, Preset, Provenance, Settings, bake};
 use crate::fabric::Fabric;
-use crate::metrics::protocol_pairs;
+use crate::metrics::{Pairs, median, nanoseconds_per_pair, protocol_pairs};
 use crate::progress::Progress;
 use crate::table::Table;
 
@@ -143,36 +142,14 @@ fn cost_of(fabric: &Fabric, table: &Table, timed: bool) -> Cost {
 fn nanoseconds(fabric: &Fabric, table: &Table) -> f64 {
     const PAIRS: usize = 4096;
     const ROUNDS: usize = 15;
-    const ROUND: Duration = Duration::from_millis(5);
-    let pairs = protocol_pairs(fabric, PAIRS, 1);
-    let slices = |w: fn(&crate::metrics::Pair) -> [f64; 3]| {
-        [0, 1, 2].map(|k| {
-            pairs
-                .iter()
-                .map(|pair| w(pair)[k] as f32)
-                .collect::<Vec<f32>>()
-        })
-    };
-    let (wi, wr) = (slices(|pair| pair.wi), slices(|pair| pair.wr));
+    let pairs = Pairs::new(&protocol_pairs(fabric, PAIRS, 1));
     let mut rho = [0, 1, 2].map(|_| vec![0.0; PAIRS]);
-    let mut pass = || {
-        let wi = wi.each_ref().map(Vec::as_slice);
-        let wr = wr.each_ref().map(Vec::as_slice);
-        table.eval_cos_batch(wi, wr, rho.each_mut().map(Vec::as_mut_slice));
-        black_box(&rho);
-    };
-    pass();
-    let mut rounds: Vec<f64> = (0..ROUNDS)
-        .map(|_| {
-            let start = Instant::now();
-            let mut passes = 0.0;
-            while start.elapsed() < ROUND {
-                pass();
-                passes += 1.0;
-            }
-            start.elapsed().as_secs_f64() * 1e9 / (passes * PAIRS as f64)
+    let mut round = || {
+        nanoseconds_per_pair(PAIRS, || {
+            let slices = rho.each_mut().map(Vec::as_mut_slice);
+            table.eval_cos_batch(pairs.lights(), pairs.viewers(), slices);
+            black_box(&rho);
         })
-        .collect();
-    rounds.sort_by(f64::total_cmp);
-    rounds[ROUNDS / 2]
+    };
+    median((0..ROUNDS).map(|_| round()).collect())
 }

@@ -12,9 +12,11 @@
 
 mod error;
 mod pairs;
+mod time;
 
 pub use error::{Bias, ErrorReport, PairErrors, Quantiles, Truth, measure};
-pub use pairs::{Pair, PairKind, protocol_pairs};
+pub use pairs::{Pair, PairKind, Pairs, protocol_pairs};
+pub use time::{median, nanoseconds_per_pair};
 
 use crate::model::Model;
 use crate::table::Table;

@@ -29,6 +29,43 @@ pub struct Pair {
     pub kind: PairKind,
 }
 
+/// Pairs of directions, each component an array of its own.
+#[derive(Debug, Clone)]
+pub struct Pairs {
+    /// x, y and z to the lights.
+    pub wi: [Vec<f32>; 3],
+    /// x, y and z to the viewers.
+    pub wr: [Vec<f32>; 3],
+}
+
+impl Pairs {
+    /// The same pairs in single precision.
+    pub fn new(pairs: &[Pair]) -> Self {
+        let components = |direction: fn(&Pair) -> [f64; 3]| {
+            [0, 1, 2].map(|k| pairs.iter().map(|pair| direction(pair)[k] as f32).collect())
+        };
+        Self {
+            wi: components(|pair| pair.wi),
+            wr: components(|pair| pair.wr),
+        }
+    }
+
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.wi[0].len()
+    }
+
+    /// Slices of `wi`.
+    pub fn lights(&self) -> [&[f32]; 3] {
+        self.wi.each_ref().map(Vec::as_slice)
+    }
+
+    /// Slices of `wr`.
+    pub fn viewers(&self) -> [&[f32]; 3] {
+        self.wr.each_ref().map(Vec::as_slice)
+    }
+}
+
 /// `count` pairs for `fabric`, alternately render and highlight, the same for the same seed.
 pub fn protocol_pairs(fabric: &Fabric, count: usize, seed: u64) -> Vec<Pair> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

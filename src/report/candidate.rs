@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::{Options, ReportError};
 use crate::bake::{Direct, Preset, Settings, bake};
 use crate::fabric::{Fabric, Thread};
-use crate::metrics::Pair;
+use crate::metrics::Pairs;
 use crate::model::{Model, Rule, Sadeghi};
 use crate::progress::Progress;
 use crate::table::{Encoding, Table};
@@ -29,33 +29,6 @@ pub enum Family {
     Quadrature,
     /// A baked table.
     Table,
-}
-
-/// Pairs of directions, each component an array of its own.
-#[derive(Debug, Clone)]
-pub struct Pairs {
-    /// x, y and z to the lights.
-    pub wi: [Vec<f32>; 3],
-    /// x, y and z to the viewers.
-    pub wr: [Vec<f32>; 3],
-}
-
-impl Pairs {
-    /// The same pairs in single precision.
-    pub fn new(pairs: &[Pair]) -> Self {
-        let components = |direction: fn(&Pair) -> [f64; 3]| {
-            [0, 1, 2].map(|k| pairs.iter().map(|pair| direction(pair)[k] as f32).collect())
-        };
-        Self {
-            wi: components(|pair| pair.wi),
-            wr: components(|pair| pair.wr),
-        }
-    }
-
-    /// How many.
-    pub fn count(&self) -> usize {
-        self.wi[0].len()
-    }
 }
 
 /// Evaluates pairs: wi, wr, and where r, g and b of ρ go, all of the same length.
@@ -117,8 +90,8 @@ impl Candidate {
     /// Evaluates all `pairs` into the first elements of `rho`.
     pub(super) fn eval(&self, pairs: &Pairs, rho: &mut [Vec<f32>; 3]) {
         (self.eval)(
-            pairs.wi.each_ref().map(Vec::as_slice),
-            pairs.wr.each_ref().map(Vec::as_slice),
+            pairs.lights(),
+            pairs.viewers(),
             rho.each_mut().map(|rho| &mut rho[..pairs.count()]),
         );
     }

@@ -14,7 +14,7 @@ mod records;
 mod summary;
 mod timing;
 
-pub use candidate::{Candidate, Family, Pairs, THESIS};
+pub use candidate::{Candidate, Family, THESIS};
 pub use front::pareto_front;
 pub use heat::{Axis, HeatMap};
 pub use machine::Machine;
@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bake::{BakeError, Preset};
 use crate::fabric::Fabric;
-use crate::metrics::{DEFAULT_PAIRS, PairErrors, Truth, VALIDATION_SEED};
+use crate::metrics::{DEFAULT_PAIRS, PairErrors, Pairs, Truth, VALIDATION_SEED, median};
 use crate::progress::{Cancelled, Progress};
 use crate::table::{Encoding, Error};
 
@@ -230,9 +230,8 @@ pub fn measure(
         heat: Vec::new(),
     };
     for (index, (candidate, values)) in candidates.iter().zip(&values).enumerate() {
-        let of_rounds = |value: &dyn Fn(&Vec<f64>) -> f64| {
-            hundredth(timing::median(times.iter().map(value).collect()))
-        };
+        let of_rounds =
+            |value: &dyn Fn(&Vec<f64>) -> f64| hundredth(median(times.iter().map(value).collect()));
         report.evaluators.push(Measurement {
             evaluator: candidate.name.clone(),
             family: candidate.family,
