@@ -4,7 +4,7 @@ mod common;
 
 use common::{fabric, hostile_directions, tiny_table};
 use proptest::prelude::*;
-use sateen::brdf::{TangentCurve, Tilt};
+use sateen::brdf::{TangentCurve, ThreadPair, Tilt};
 use sateen::fabric::LIBRARY;
 use sateen::model::{Model, Rule, Sadeghi};
 
@@ -122,10 +122,12 @@ proptest! {
 
     #[test]
     fn projections_in_closed_form_are_the_means(
-        (offsets, lengths) in curve(), wi in direction(), wr in direction(), u in 0.0..1f64,
+        (offsets, lengths) in curve(), wi in direction(), wr in direction(), sigma_u in 0.1..3f64,
     ) {
         let curve = TangentCurve::<f64>::new(&offsets, &lengths);
         let single = TangentCurve::<f32>::new(&offsets, &lengths);
+        let pair = ThreadPair::new(wi, wr, sigma_u);
+        let u = pair.correlation_psi();
         let (mut view, mut both) = (0.0, 0.0);
         let total: f64 = lengths.iter().sum();
         const COUNT: usize = 4000;
@@ -142,7 +144,7 @@ proptest! {
             }
         }
         prop_assert!((curve.projection(wr) - view).abs() < 1e-5);
-        prop_assert!((curve.joint_projection(wi, wr, u) - both).abs() < 1e-5);
+        prop_assert!((curve.joint_projection(&pair) - both).abs() < 1e-5);
         prop_assert!((f64::from(single.projection(wr.map(|x| x as f32))) - view).abs() < 3e-5);
     }
 

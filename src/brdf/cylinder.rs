@@ -14,12 +14,14 @@
 //! θ_h = atan2(X, C),      4 cos² θ_d = X² + C²,      2 cos(φ_d/2) = |(cos φ_i, sin φ_i) + (cos φ_r, sin φ_r)|
 //! ```
 //!
-//! which are sums of squares: nothing cancels at grazing, along the thread or for opposite directions. A direction
-//! whose tilted z is not positive has m = p = 0, which also removes the poles (cos θ = 0 implies z = 0).
+//! which are sums of squares: nothing cancels at grazing, along the thread or for opposite directions. p = cos ψ comes from
+//! that of the untilted thread, and z = p √(x²+z²). A direction whose tilted z is not positive has m = p = 0, which also
+//! removes the poles (cos θ = 0 implies z = 0).
 //!
 //! Departures: the exit transmittance is taken at the entry angle, (1−F_r)² for F_t F_t', and γ is the standard
 //! deviation of a Gaussian of unit area; \[SBDJ13\] leaves both open.
 
+use super::psi::{Ordered, Psi};
 use crate::math::{Lanes, Real, Vec3, norm2};
 
 /// Optical constants of the cylinders of a thread.
@@ -27,6 +29,8 @@ use crate::math::{Lanes, Real, Vec3, norm2};
 pub struct Optics<R> {
     /// Refractive index η relative to air, ≥ 1.
     pub eta: R,
+    /// η² − 1, which a rounded η near 1 would not give.
+    contrast: R,
     /// Isotropic share k_d of volume scattering, 0 to 1.
     pub k_d: R,
     /// Width γ_s of the surface lobe (standard deviation), radians, > 0.
@@ -35,12 +39,26 @@ pub struct Optics<R> {
     pub gamma_v: R,
 }
 
+impl Optics<f64> {
+    /// The constants of a cylinder, in the ranges of [`limits`](super::limits).
+    pub fn new(eta: f64, k_d: f64, gamma_s: f64, gamma_v: f64) -> Self {
+        Self {
+            eta,
+            contrast: (eta - 1.0) * (eta + 1.0),
+            k_d,
+            gamma_s,
+            gamma_v,
+        }
+    }
+}
+
 impl<R: Real> Optics<R> {
     /// The same constants in another precision, or in every lane.
     pub fn cast<T: Lanes>(&self) -> Optics<T> {
         let of = |x: R| T::of(x.to_double());
         Optics {
             eta: of(self.eta),
+            contrast: of(self.contrast),
             k_d: of(self.k_d),
             gamma_s: of(self.gamma_s),
             gamma_v: of(self.gamma_v),
@@ -76,19 +94,37 @@ impl<R: Lanes> Response<R> {
     }
 }
 
-/// Unpolarised reflectance of a smooth dielectric of relative index `eta` ≥ 1 at cosine of incidence `cos` ∈ \[0, 1\].
+/// What an interface reflects and what it lets through, of unpolarised light: F_r and 1 − F_r.
+///
+/// For a smooth dielectric with η² − 1 = `contrast` ≥ 0 at cosine of incidence `cos` ∈ \[0, 1\]. With g = √(η² − 1 + cos²),
+/// which is η times the cosine inside, the amplitudes (cos − g)/(cos + g) and (η² cos − g)/(η² cos + g) are differences of what
+/// is nearly equal where η is near 1, and 1 − F_r of what is nearly equal at grazing. Multiplied out they are
+///
+/// ```text
+/// r_s = −(η²−1) / (cos + g)²,      r_p = (η²−1) ((η²+1) cos² − 1) / (η² cos + g)²
+/// F_r = (r_s² + r_p²)/2,           1 − F_r = 2 cos g (1/(cos + g)² + η²/(η² cos + g)²)
+/// ```
 #[inline(always)]
-pub fn fresnel<R: Lanes>(eta: R, cos: R) -> R {
-    let sin2 = (R::one() - cos) * (R::one() + cos);
-    let cos_t = (R::one() - sin2 / (eta * eta)).max(R::zero()).sqrt();
-    // Without an interface nothing is reflected, not even at cos = 0, where the ratio would be 0/0.
-    let r_s = (cos - eta * cos_t) / (cos + eta * cos_t).max(R::of(TINY));
-    let r_p = (eta * cos - cos_t) / (eta * cos + cos_t).max(R::of(TINY));
-    R::of(0.5) * (r_s * r_s + r_p * r_p)
+pub fn fresnel<R: Lanes>(contrast: R, cos: R) -> (R, R) {
+    let cos2 = cos * cos;
+    let g = (contrast + cos2).sqrt();
+    let s = cos + g;
+    let p = s + contrast * cos;
+    // Without an interface nothing is reflected, not even at cos = 0, where the ratios would be 0/0. With one, g² ≥ η² − 1.
+    let over_s = R::one() / (s * s).max(R::of(TINY));
+    let over_p = R::one() / (p * p).max(R::of(TINY));
+    let r_s = contrast * over_s;
+    let r_p = contrast * ((contrast + R::of(2.0)) * cos2 - R::one()) * over_p;
+    let reflected = R::of(0.5) * (r_s * r_s + r_p * r_p);
+    let entered = R::of(2.0) * cos * g * (over_s + (contrast + R::one()) * over_p);
+    (reflected, entered)
 }
 
 /// Far below any cosine that single precision tells from 0.
 const TINY: f64 = 1e-30;
+/// A direction that rises less than this above a cylinder's horizon sees nothing of it: squares of what is smaller
+/// underflow in single precision, and quotients of them are lost.
+const UNSEEN: f64 = 1e-18;
 
 /// Gaussian of unit area and standard deviation `sigma` at `x`, g(γ, x).
 #[inline(always)]
@@ -112,9 +148,11 @@ pub(super) fn blend<R: Lanes>(u: R, a: R, b: R) -> R {
 
 /// A pair of directions in the frame of an untilted thread, with what does not change when the thread tilts.
 #[derive(Debug, Clone, Copy)]
-pub struct ThreadPair<R> {
+pub struct ThreadPair<R: Lanes> {
     wi: Vec3<R>,
     wr: Vec3<R>,
+    psi_i: Psi<R>,
+    psi_r: Psi<R>,
     /// √(x² + z²), the lengths of the directions' projections into the plane of thread and normal.
     r_i: R,
     r_r: R,
@@ -126,19 +164,17 @@ impl<R: Lanes> ThreadPair<R> {
     /// Prepares unit directions `wi` and `wr` in thread coordinates; `sigma_u` is the width of u in radians.
     #[inline(always)]
     pub fn new(wi: Vec3<R>, wr: Vec3<R>, sigma_u: R) -> Self {
-        let (r_i, r_r) = (norm2(wi[0], wi[2]), norm2(wr[0], wr[2]));
-        let (a, b) = ([wi[0] / r_i, wi[2] / r_i], [wr[0] / r_r, wr[2] / r_r]);
+        let ((a, r_i), (b, r_r)) = (Psi::of(wi), Psi::of(wr));
         let u_psi = correlation(
             sigma_u,
-            norm2(a[0] - b[0], a[1] - b[1]),
-            norm2(a[0] + b[0], a[1] + b[1]),
+            norm2(a.sin - b.sin, a.cos - b.cos),
+            norm2(a.sin + b.sin, a.cos + b.cos),
         );
-        // Along s the angle ψ is undefined, and nothing is visible.
-        let defined = R::both(R::zero().lt(r_i), R::zero().lt(r_r));
-        let u_psi = R::select(defined, u_psi, R::zero());
         Self {
             wi,
             wr,
+            psi_i: a,
+            psi_r: b,
             r_i,
             r_r,
             sigma_u,
@@ -156,53 +192,62 @@ impl<R: Lanes> ThreadPair<R> {
         self.wr
     }
 
+    /// √(x² + z²) of light and viewer.
+    #[inline(always)]
+    pub(super) fn radii(&self) -> [R; 2] {
+        [self.r_i, self.r_r]
+    }
+
+    /// ψ of light and viewer, in order.
+    #[inline(always)]
+    pub(super) fn order(&self) -> Ordered<R> {
+        Ordered::new(self.psi_i, self.psi_r)
+    }
+
     /// u(ψ_d), the same at every tilt.
     #[inline(always)]
     pub fn correlation_psi(&self) -> R {
         self.u_psi
     }
 
+    /// p_r at the tilt with the given cosine and sine, 3.24: what Q weighs a tangent by.
+    #[inline(always)]
+    pub fn projection(&self, cos_delta: R, sin_delta: R) -> R {
+        self.psi_r.facing(cos_delta, sin_delta).max(R::zero())
+    }
+
     /// P at the tilt with the given cosine and sine, 3.25.
     #[inline(always)]
     pub fn visibility(&self, cos_delta: R, sin_delta: R) -> R {
-        let z_i = cos_delta * self.wi[2] - sin_delta * self.wi[0];
-        let z_r = cos_delta * self.wr[2] - sin_delta * self.wr[0];
-        let visible = R::both(R::zero().lt(z_i), R::zero().lt(z_r));
-        let visibility = blend(self.u_psi, z_i / self.r_i, z_r / self.r_r);
-        R::select(visible, visibility, R::zero())
-    }
-
-    /// The pair for the same thread turned by the angle with this cosine and sine: its tilt 0 is the former's −angle.
-    #[inline(always)]
-    pub fn turned(&self, cos: R, sin: R) -> Self {
-        let turn = |w: Vec3<R>| [cos * w[0] - sin * w[2], w[1], cos * w[2] + sin * w[0]];
-        Self {
-            wi: turn(self.wi),
-            wr: turn(self.wr),
-            ..*self
-        }
+        let p = |psi: Psi<R>| psi.facing(cos_delta, sin_delta).max(R::zero());
+        blend(self.u_psi, p(self.psi_i), p(self.psi_r))
     }
 
     /// S and V of the cylinder tilted by δ, given as cos δ and sin δ.
     #[inline(always)]
     pub fn response(&self, optics: &Optics<R>, cos_delta: R, sin_delta: R) -> Response<R> {
-        let parts = self.scatter(optics, cos_delta, sin_delta);
+        let h = [self.wi[0] + self.wr[0], self.wi[2] + self.wr[2]];
+        let parts = self.scatter(
+            optics,
+            self.psi_i.facing(cos_delta, sin_delta),
+            self.psi_r.facing(cos_delta, sin_delta),
+            cos_delta * h[0] + sin_delta * h[1],
+        );
         Response {
             surface: parts.surface,
             volume: parts.lobe + parts.isotropic,
         }
     }
 
-    /// What S and V of the cylinder tilted by δ are made of.
+    /// What S and V are made of, of the cylinder that has cos ψ_i = `p_i` and cos ψ_r = `p_r` in its own frame, and
+    /// X = x_i + x_r = `x_sum`.
     #[inline(always)]
-    pub fn scatter(&self, optics: &Optics<R>, cos_delta: R, sin_delta: R) -> Scattered<R> {
-        let (c, s) = (cos_delta, sin_delta);
-        let (wi, wr) = (self.wi, self.wr);
-        let (x_i, y_i, z_i) = (c * wi[0] + s * wi[2], wi[1], c * wi[2] - s * wi[0]);
-        let (x_r, y_r, z_r) = (c * wr[0] + s * wr[2], wr[1], c * wr[2] - s * wr[0]);
-        let visible = R::both(R::zero().lt(z_i), R::zero().lt(z_r));
+    pub(super) fn scatter(&self, optics: &Optics<R>, p_i: R, p_r: R, x_sum: R) -> Scattered<R> {
+        let (z_i, z_r) = (self.r_i * p_i, self.r_r * p_r);
+        let visible = R::both(R::of(UNSEEN).lt(z_i), R::of(UNSEEN).lt(z_r));
+        let (y_i, y_r) = (self.wi[1], self.wr[1]);
         let (cos_i, cos_r) = (norm2(y_i, z_i), norm2(y_r, z_r));
-        let (x_sum, cos_sum) = (x_i + x_r, cos_i + cos_r);
+        let cos_sum = cos_i + cos_r;
         let theta_h = x_sum.atan2(cos_sum);
         let cos2_theta_d = R::of(0.25) * (x_sum * x_sum + cos_sum * cos_sum);
 
@@ -213,15 +258,15 @@ impl<R: Lanes> ThreadPair<R> {
         let sin_half_phi_d = half * norm2(sin_phi_i - sin_phi_r, m_i - m_r);
         let u_phi = correlation(self.sigma_u, sin_half_phi_d, cos_half_phi_d);
         let masking = blend(u_phi, m_i, m_r);
-        let visibility = blend(self.u_psi, z_i / self.r_i, z_r / self.r_r);
+        let visibility = blend(self.u_psi, p_i, p_r);
         let common = masking * visibility * cos_i / cos2_theta_d;
         let common = R::select(visible, common, R::zero());
 
-        let reflected = fresnel(
-            optics.eta,
+        let (reflected, entered) = fresnel(
+            optics.contrast,
             (cos2_theta_d.sqrt() * cos_half_phi_d).min(R::one()),
         );
-        let entered = (R::one() - reflected) * (R::one() - reflected);
+        let entered = entered * entered;
         let surface_lobe = gaussian(optics.gamma_s, theta_h);
         let volume_lobe = gaussian(optics.gamma_v, theta_h);
         let scattered = R::select(visible, common * entered / cos_sum, R::zero());
@@ -239,7 +284,7 @@ impl<R: Lanes> ThreadPair<R> {
 
 /// The parts of one cylinder's response.
 #[derive(Debug, Clone, Copy)]
-pub struct Scattered<R> {
+pub(super) struct Scattered<R> {
     /// S.
     pub surface: R,
     /// The part of V in the volume lobe.

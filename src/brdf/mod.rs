@@ -12,10 +12,11 @@ mod cylinder;
 mod frame;
 pub mod limits;
 mod placed;
+mod psi;
 mod tangent;
 mod weave;
 
-pub use cylinder::{Optics, Response, Scattered, ThreadPair, fresnel};
+pub use cylinder::{Optics, Response, ThreadPair, fresnel};
 pub use frame::ThreadFrame;
 pub use placed::PlacedNodes;
 pub use tangent::{Reweighting, Segment, TangentCurve, Tilt};

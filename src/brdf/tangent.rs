@@ -3,12 +3,21 @@
 //! Tangent offsets o_0…o_n with lengths l_1…l_n are a polyline (\[Fecho13\] 3.2.2): segment k holds the share l_k/Σl of
 //! the thread and its tilt δ is uniform on \[o_{k−1}, o_k\]; equal offsets are one tilt, zero length is a jump. Positive
 //! δ raises the thread's tangent out of the cloth. So the distribution is a sum of single [`Tilt`]s and of [`Segment`]s.
+//!
+//! Projections are integrals over the tilts that are visible ([`psi`](super::psi)), from an end a to an end b. With
+//! T = tan((b−a)/2)
+//!
+//! ```text
+//! ∫ cos β dβ               = T (cos a + cos b)
+//! ∫ cos β cos(β+ψ_d) dβ    = T/2 (cos a + cos b)(cos(a+ψ_d) + cos(b+ψ_d)) + cos ψ_d (atan T − T/(1+T²))
+//! ```
 
 use alloc::vec::Vec;
 use core::f64::consts::FRAC_PI_2;
 
+use super::psi::{Arc, Psi, Seen, half_tangent};
 use super::{Optics, Response, ThreadPair, limits};
-use crate::math::{Lanes, Real, Vec3, norm2, splat};
+use crate::math::{Lanes, Real, Vec3, splat};
 
 /// How Q weighs a tangent, \[Fecho13\] 3.26.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -49,13 +58,6 @@ impl<R: Real> Tilt<R> {
             sin: R::of(sin),
         }
     }
-
-    /// Sine and cosine of ψ + δ from those of ψ.
-    #[inline(always)]
-    fn rotate<L: Lanes>(&self, sin_psi: L, cos_psi: L) -> (L, L) {
-        let (sin, cos) = (splat::<R, L>(self.sin), splat::<R, L>(self.cos));
-        (sin_psi * cos + cos_psi * sin, cos_psi * cos - sin_psi * sin)
-    }
 }
 
 /// A part of a thread whose tilt is uniform between two angles, `from` < `to`.
@@ -74,10 +76,8 @@ pub struct Segment<R> {
 pub struct TangentCurve<R> {
     tilts: Vec<Tilt<R>>,
     segments: Vec<Segment<R>>,
-    /// The mean projection over the segments is Σ weight · clamped sin(ψ+o) over their distinct ends o …
-    ends: Vec<Tilt<R>>,
-    /// … and over those too short for that, Σ weight · max(cos(ψ+δ), 0) at their middles.
-    middles: Vec<Tilt<R>>,
+    /// The segments again, in parts of at most 90°, for projections.
+    arcs: Vec<Arc<R>>,
 }
 
 impl<R: Real> TangentCurve<R> {
@@ -133,29 +133,31 @@ impl<R: Real> TangentCurve<R> {
         let mut curve = Self {
             tilts: Vec::new(),
             segments: Vec::new(),
-            ends: Vec::new(),
-            middles: Vec::new(),
+            arcs: Vec::new(),
         };
         for (angle, weight) in tilts {
-            add(&mut curve.tilts, angle, weight);
+            let tilt = Tilt::new(angle, weight);
+            let same = |other: &&mut Tilt<R>| other.angle == tilt.angle;
+            match curve.tilts.iter_mut().find(same) {
+                Some(other) => other.weight += tilt.weight,
+                None => curve.tilts.push(tilt),
+            }
         }
-        // The difference of antiderivatives loses ε/Δ to rounding, the midpoint Δ²/24 to curvature: they meet at Δ³ = 24 ε.
-        let narrow = num_traits::Float::cbrt(24.0 * R::EPSILON.to_double());
         for (from, to, weight) in segments {
             curve.segments.push(Segment {
                 from: R::of(from),
                 to: R::of(to),
                 weight: R::of(weight),
             });
-            if to - from < narrow {
-                add(&mut curve.middles, 0.5 * (from + to), weight);
-            } else {
-                add(&mut curve.ends, to, weight / (to - from));
-                add(&mut curve.ends, from, -weight / (to - from));
+            let width = to - from;
+            let parts = num_traits::Float::ceil(width / FRAC_PI_2).max(1.0);
+            let end = |k: f64| from + width * (k / parts);
+            for k in 0..parts as u32 {
+                let k = f64::from(k);
+                let arc = Arc::new(end(k), end(k + 1.0), weight / width);
+                curve.arcs.push(arc);
             }
         }
-        // Where one segment goes on as the next of equal density, there is no end.
-        curve.ends.retain(|end| end.weight != R::zero());
         curve
     }
 
@@ -212,82 +214,69 @@ impl<R: Real> TangentCurve<R> {
 
     /// Mean of max(cos(ψ+δ), 0) over the distribution for a direction `w` in thread coordinates: the projection p that
     /// Q sums for the viewer, 3.26. Between 0 and 1.
-    ///
-    /// The antiderivative sin is clamped where the thread turns away, and sin(ψ+o), cos(ψ+o) follow from (x, z) by
-    /// rotation, so that no angle is formed.
     #[inline(always)]
     pub fn projection<L: Lanes>(&self, w: Vec3<L>) -> L {
-        let r = norm2(w[0], w[2]);
-        // Along s the angle ψ is undefined; the normal's 0 is as good as any.
-        let defined = L::zero().lt(r);
-        let sin_psi = L::select(defined, w[0] / r, L::zero());
-        let cos_psi = L::select(defined, w[2] / r, L::one());
+        let (psi, _) = Psi::of(w);
         let mut sum = L::zero();
-        for end in &self.ends {
-            let (sin, cos) = end.rotate(sin_psi, cos_psi);
-            let turned = L::select(sin.lt(L::zero()), L::of(-1.0), L::one());
-            let sin = L::select(L::zero().lt(cos), sin, turned);
-            sum += splat::<R, L>(end.weight) * sin;
-        }
-        for tilt in self.middles.iter().chain(&self.tilts) {
-            let (_, cos) = tilt.rotate(sin_psi, cos_psi);
-            sum += splat::<R, L>(tilt.weight) * cos.max(L::zero());
-        }
-        sum.max(L::zero())
-    }
-
-    /// Mean of P(t, wi, wr), 3.25, over the distribution, for directions in thread coordinates and `u_psi` = u(ψ_d).
-    #[inline(always)]
-    pub fn joint_projection<L: Lanes>(&self, wi: Vec3<L>, wr: Vec3<L>, u_psi: L) -> L {
-        let (psi_i, psi_r) = (psi(wi), psi(wr));
-        let (psi_min, psi_max) = (psi_i.min(psi_r), psi_i.max(psi_r));
-        let (half, quarter) = (L::of(0.5), L::of(FRAC_PI_2));
-        let mut sum = L::zero();
-        for segment in &self.segments {
-            // The part that faces both directions.
-            let from = splat::<R, L>(segment.from).max(-quarter - psi_min);
-            let to = splat::<R, L>(segment.to).min(quarter - psi_max).max(from);
-            // cos a cos b = (cos(a−b) + cos(a+b))/2, and the smaller cosine is that of the angle further from 0.
-            let product = half
-                * ((psi_i - psi_r).cos() * (to - from) + integral_cos_2(psi_i + psi_r, from, to));
-            let turn = (-half * (psi_i + psi_r)).max(from).min(to);
-            let smaller = integral_cos(psi_min, from, turn) + integral_cos(psi_max, turn, to);
-            let density = splat::<R, L>(segment.weight / (segment.to - segment.from));
-            sum += density * ((L::one() - u_psi) * product + u_psi * smaller);
+        for arc in &self.arcs {
+            sum += splat::<R, L>(arc.density) * arc.projection(psi);
         }
         for tilt in &self.tilts {
-            let angle = splat::<R, L>(tilt.angle);
-            let p_i = (psi_i + angle).cos().max(L::zero());
-            let p_r = (psi_r + angle).cos().max(L::zero());
-            sum += splat::<R, L>(tilt.weight) * super::cylinder::blend(u_psi, p_i, p_r);
+            let facing = psi.facing(splat(tilt.cos), splat(tilt.sin));
+            sum += splat::<R, L>(tilt.weight) * facing.max(L::zero());
         }
-        sum.max(L::zero())
+        sum
+    }
+
+    /// Mean of P(t, wi, wr), 3.25, over the distribution, for a pair in thread coordinates.
+    #[inline(always)]
+    pub fn joint_projection<L: Lanes>(&self, pair: &ThreadPair<L>) -> L {
+        let mut sum = L::zero();
+        for arc in &self.arcs {
+            let seen = pair.order().seen(arc);
+            sum += splat::<R, L>(arc.density) * joint_integral(pair, &seen);
+        }
+        for tilt in &self.tilts {
+            sum += splat::<R, L>(tilt.weight) * pair.visibility(splat(tilt.cos), splat(tilt.sin));
+        }
+        sum
     }
 }
 
-/// ψ, 0 along s.
+/// ∫ P dδ over the tilts that both directions see.
 #[inline(always)]
-fn psi<L: Lanes>(w: Vec3<L>) -> L {
-    w[0].atan2(w[2])
+fn joint_integral<L: Lanes>(pair: &ThreadPair<L>, seen: &Seen<L>) -> L {
+    let (half, one, u) = (L::of(0.5), L::one(), pair.correlation_psi());
+    let cos_between = pair.order().cos_between;
+    let ([first_a, first_b], [last_a, last_b]) = (seen.first, seen.last);
+    let product =
+        half * seen.half_tangent * (first_a.cos + first_b.cos) * (last_a.cos + last_b.cos)
+            + cos_between * angle_beyond_sine(seen.half_tangent);
+    // The smaller cosine is that of the angle further from 0: of `first` up to where the two are opposite, then of `last`.
+    let turn = Psi {
+        sin: -(half * (one - cos_between)).max(L::zero()).sqrt(),
+        cos: (half * (one + cos_between)).max(L::zero()).sqrt(),
+    };
+    let falling = half_tangent(first_a, turn)
+        .max(L::zero())
+        .min(seen.half_tangent);
+    let rising = (seen.half_tangent - falling) / (one + seen.half_tangent * falling);
+    let first_turn = L::select(falling.lt(seen.half_tangent), turn.cos, first_b.cos);
+    let last_turn = L::select(L::zero().lt(falling), turn.cos, last_a.cos);
+    let smaller = falling * (first_a.cos + first_turn) + rising * (last_turn + last_b.cos);
+    let mean = (one - u) * product + u * smaller;
+    L::select(
+        L::zero().lt(seen.half_tangent),
+        mean.max(L::zero()),
+        L::zero(),
+    )
 }
 
-/// ∫ cos(ψ + δ) dδ, as a product so that short intervals keep their precision.
+/// atan T − T/(1+T²) for T from 0 to 1: half of what an angle of half tangent T has over its sine.
 #[inline(always)]
-fn integral_cos<L: Lanes>(psi: L, from: L, to: L) -> L {
-    let half = L::of(0.5);
-    L::of(2.0) * (psi + half * (from + to)).cos() * (half * (to - from)).sin()
-}
-
-/// ∫ cos(ψ + 2δ) dδ.
-#[inline(always)]
-fn integral_cos_2<L: Lanes>(psi: L, from: L, to: L) -> L {
-    (psi + from + to).cos() * (to - from).sin()
-}
-
-fn add<R: Real>(terms: &mut Vec<Tilt<R>>, angle: f64, weight: f64) {
-    let term = Tilt::new(angle, weight);
-    match terms.iter_mut().find(|other| other.angle == term.angle) {
-        Some(other) => other.weight += term.weight,
-        None => terms.push(term),
-    }
+fn angle_beyond_sine<L: Lanes>(t: L) -> L {
+    let t2 = t * t;
+    let series = t * t2 * (L::of(2.0 / 3.0) - t2 * (L::of(4.0 / 5.0) - t2 * L::of(6.0 / 7.0)));
+    let closed = t.atan2(L::one()) - t / (L::one() + t2);
+    L::select(t.lt(L::of(0.1)), series, closed)
 }

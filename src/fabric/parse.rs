@@ -352,26 +352,26 @@ fn parse_thread(
             "lie between 0 and 1 (and be 0 or at least 1e-12)",
         )?,
         albedo,
-        optics: Optics {
-            eta: source.number(
+        optics: Optics::new(
+            source.number(
                 "eta",
                 &raw.eta,
                 |x| limits::ETA.contains(&x),
                 "be at least 1 and at most 100",
             )?,
-            k_d: source.number(
+            source.number(
                 "k_d",
                 &raw.k_d,
                 |x| (0.0..=1.0).contains(&x),
                 "lie between 0 and 1",
             )?,
-            gamma_s: source
+            source
                 .number("gamma_s_deg", &raw.gamma_s_deg, gamma, gamma_range)?
                 .to_radians(),
-            gamma_v: source
+            source
                 .number("gamma_v_deg", &raw.gamma_v_deg, gamma, gamma_range)?
                 .to_radians(),
-        },
+        ),
         tangent_offsets,
         tangent_lengths,
     })

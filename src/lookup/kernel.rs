@@ -63,7 +63,7 @@ fn thread_response<V: Vector, R: Row>(
             response = response.plus(V::one(), tangents.response_of_tilts(&pair, &optics));
         }
         if both {
-            projection = tangents.joint_projection(wi, wr, pair.correlation_psi());
+            projection = tangents.joint_projection(&pair);
         }
     }
     if !both {

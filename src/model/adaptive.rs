@@ -10,7 +10,9 @@
 //! ```
 //!
 //! θ_h grows by K = |H_nt| / (2 cos θ_d) per unit of tilt there, so a lobe of width γ is γ/K wide in δ. Within a panel,
-//! Gauss–Legendre on the whole is compared with Gauss–Legendre on its halves and bisected until they agree.
+//! Gauss–Legendre on the whole is compared with Gauss–Legendre on its halves. All panels where they do not agree are bisected,
+//! and again until they do. What counts as agreement follows the sum as it becomes known: measured by a first sum that has
+//! missed a narrow lobe, nothing would ever agree once the lobe is found.
 
 use std::sync::LazyLock;
 
@@ -20,13 +22,16 @@ use crate::brdf::{Optics, Response, TangentCurve, ThreadPair};
 use crate::math::norm2;
 
 const ORDER: usize = 7;
-/// Widths of the surface lobe from the highlight to the next cut. Beyond, and for the wider volume lobe, bisection is cheaper.
-const REACH: f64 = 3.0;
-/// Bisections of a panel: 2⁻⁴⁰ of 180° is below the spacing of f64 tilts near 90°.
-const MAX_DEPTH: u32 = 40;
+/// Widths of a lobe from the highlight to the next cuts. Between the first two it falls to nothing; in one panel with what is
+/// beyond them, no node might see that.
+const REACHES: [f64; 2] = [3.0, 9.0];
+/// Rounds of bisection: 2⁻⁴⁰ of 180° is below the spacing of f64 tilts near 90°.
+const MAX_ROUNDS: u32 = 40;
+/// More panels are not bisected further: where that many disagree, it is about rounding.
+const MAX_PANELS: usize = 1 << 14;
 
-/// Errors below this do not count: a fraction of what is almost denormal would not be one that halving reaches.
-const DARK: f64 = 1e-200;
+/// Errors below this do not count: no evaluator in single precision can tell.
+const DARK: f64 = 1e-45;
 
 static NODES: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| gauss_legendre(ORDER));
 
@@ -65,21 +70,40 @@ pub fn mean_response(
             .chain([end])
         {
             if cut > from {
-                panels.push(Panel::new(from, cut, density, &integrand));
+                let whole = gauss(from, cut, density, &integrand);
+                panels.push(Panel::new(from, cut, density, whole, &integrand));
                 from = cut;
             }
         }
     }
 
-    let estimate = panels
-        .iter()
-        .fold(single, |sum, panel| sum.plus(1.0, panel.value));
-    let allowed = Response {
-        surface: (tolerance * (estimate.surface + 1e-3 * estimate.volume)).max(DARK),
-        volume: (tolerance * (estimate.volume + 1e-3 * estimate.surface)).max(DARK),
-    };
+    for _ in 0..MAX_ROUNDS {
+        let sum = sum_of(single, &panels);
+        let allowed = Response {
+            surface: (tolerance * (sum.surface + 1e-3 * sum.volume)).max(DARK),
+            volume: (tolerance * (sum.volume + 1e-3 * sum.surface)).max(DARK),
+        };
+        let count = panels.len();
+        if count > MAX_PANELS {
+            break;
+        }
+        for index in 0..count {
+            if panels[index].disagrees(allowed) {
+                let [lower, upper] = panels[index].bisected(&integrand);
+                panels[index] = lower;
+                panels.push(upper);
+            }
+        }
+        if panels.len() == count {
+            break;
+        }
+    }
+    sum_of(single, &panels)
+}
+
+fn sum_of(single: Response<f64>, panels: &[Panel]) -> Response<f64> {
     panels.iter().fold(single, |sum, panel| {
-        sum.plus(1.0, panel.refine(allowed, 0, &integrand))
+        sum.plus(1.0, panel.halves[0]).plus(1.0, panel.halves[1])
     })
 }
 
@@ -113,57 +137,78 @@ impl Cuts {
         let z_i = cos * wi[2] - sin * wi[0];
         let slope = (norm2(h_t, h_n) / (2.0 * norm2(wi[1], z_i))).max(1e-3);
         kinks.push(highlight);
-        kinks.extend([
-            highlight - REACH * optics.gamma_s / slope,
-            highlight + REACH * optics.gamma_s / slope,
-        ]);
+        for gamma in [optics.gamma_s, optics.gamma_v] {
+            for reach in REACHES {
+                let width = reach * gamma / slope;
+                kinks.extend([highlight - width, highlight + width]);
+            }
+        }
         kinks.retain(|cut| cut.is_finite());
         kinks.sort_by(f64::total_cmp);
         Self { visible, kinks }
     }
 }
 
-/// A part of the integral, with its Gauss–Legendre value.
+/// A part of the integral.
 struct Panel {
     from: f64,
     to: f64,
     density: f64,
-    value: Response<f64>,
+    /// Gauss–Legendre values of the whole and of its halves.
+    whole: Response<f64>,
+    halves: [Response<f64>; 2],
 }
 
 impl Panel {
-    fn new(from: f64, to: f64, density: f64, integrand: &impl Fn(f64) -> Response<f64>) -> Self {
-        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-        let value = NODES.iter().fold(Response::zero(), |sum, [node, weight]| {
-            sum.plus(weight * half * density, integrand(middle + half * node))
-        });
+    fn new(
+        from: f64,
+        to: f64,
+        density: f64,
+        whole: Response<f64>,
+        integrand: &impl Fn(f64) -> Response<f64>,
+    ) -> Self {
+        let middle = 0.5 * (from + to);
         Self {
             from,
             to,
             density,
-            value,
+            whole,
+            halves: [(from, middle), (middle, to)]
+                .map(|(from, to)| gauss(from, to, density, integrand)),
         }
     }
 
-    fn refine(
-        &self,
-        allowed: Response<f64>,
-        depth: u32,
-        integrand: &impl Fn(f64) -> Response<f64>,
-    ) -> Response<f64> {
+    /// Whether bisection is to be expected to change the value by more than is `allowed`.
+    fn disagrees(&self, allowed: Response<f64>) -> bool {
+        let [lower, upper] = self.halves;
+        let halves = lower.plus(1.0, upper);
         let middle = 0.5 * (self.from + self.to);
-        let halves = [(self.from, middle), (middle, self.to)]
-            .map(|(from, to)| Self::new(from, to, self.density, integrand));
-        let sum = halves[0].value.plus(1.0, halves[1].value);
-        let agree = (sum.surface - self.value.surface).abs() <= allowed.surface
-            && (sum.volume - self.value.volume).abs() <= allowed.volume;
-        let is_finite = sum.surface.is_finite() && sum.volume.is_finite();
-        if agree || !is_finite || depth == MAX_DEPTH || middle <= self.from || middle >= self.to {
-            sum
-        } else {
-            halves[0]
-                .refine(allowed, depth + 1, integrand)
-                .plus(1.0, halves[1].refine(allowed, depth + 1, integrand))
-        }
+        // Not where a value is no number, either.
+        ((halves.surface - self.whole.surface).abs() > allowed.surface
+            || (halves.volume - self.whole.volume).abs() > allowed.volume)
+            && self.from < middle
+            && middle < self.to
     }
+
+    fn bisected(&self, integrand: &impl Fn(f64) -> Response<f64>) -> [Self; 2] {
+        let middle = 0.5 * (self.from + self.to);
+        let half = |from, to, whole| Self::new(from, to, self.density, whole, integrand);
+        [
+            half(self.from, middle, self.halves[0]),
+            half(middle, self.to, self.halves[1]),
+        ]
+    }
+}
+
+/// The Gauss–Legendre value of ∫ `density` · `integrand`.
+fn gauss(
+    from: f64,
+    to: f64,
+    density: f64,
+    integrand: &impl Fn(f64) -> Response<f64>,
+) -> Response<f64> {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    NODES.iter().fold(Response::zero(), |sum, [node, weight]| {
+        sum.plus(weight * half * density, integrand(middle + half * node))
+    })
 }

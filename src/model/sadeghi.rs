@@ -12,7 +12,7 @@ use crate::fabric::Fabric;
 use crate::math::simd::{
     Colours, Directions, Level, PairFunction, Row, Vector, at_pair, map_pairs,
 };
-use crate::math::{Lanes, Real, Vec3, each, norm2, splat};
+use crate::math::{Lanes, Real, Vec3, each, splat};
 
 /// How the means over a thread's tangents are taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +84,11 @@ impl<R: Real> Sadeghi<R> {
                     )
                 }
                 Rule::Quadrature(nodes) => Tangents::Placed {
-                    nodes: PlacedNodes::new(&thread.tangents(), &gauss_legendre(nodes as usize)),
+                    nodes: PlacedNodes::new(
+                        &thread.tangents(),
+                        &thread.optics,
+                        &gauss_legendre(nodes as usize),
+                    ),
                     curve: thread.tangents(),
                 },
                 Rule::Adaptive(tolerance) => Tangents::Adaptive {
@@ -163,7 +167,7 @@ impl<R: Real> Thread<R> {
         let Response { surface, volume } = mean_response(&pair, optics, curve, *tolerance);
         let projection = match model.reweighting {
             Reweighting::View => curve.projection(wr),
-            Reweighting::Both => curve.joint_projection(wi, wr, pair.correlation_psi()),
+            Reweighting::Both => curve.joint_projection(&pair),
         };
         ThreadResponse {
             response: Response {
@@ -187,14 +191,13 @@ impl<R: Real> Thread<R> {
         match &self.tangents {
             Tangents::Midpoints(tilts) => {
                 let weight = L::of(1.0 / tilts.len() as f64);
-                let r_r = norm2(wr[0], wr[2]);
                 let mut sum = ThreadResponse::zero();
                 for [cos, sin] in tilts {
                     let (cos, sin) = (splat::<R, L>(*cos), splat::<R, L>(*sin));
                     sum.response = sum.response.plus(weight, pair.response(&optics, cos, sin));
                     sum.projection += weight
                         * match model.reweighting {
-                            Reweighting::View => ((cos * wr[2] - sin * wr[0]) / r_r).max(L::zero()),
+                            Reweighting::View => pair.projection(cos, sin),
                             Reweighting::Both => pair.visibility(cos, sin),
                         };
                 }
@@ -206,7 +209,7 @@ impl<R: Real> Thread<R> {
                     .plus(L::one(), curve.response_of_tilts(&pair, &optics)),
                 projection: match model.reweighting {
                     Reweighting::View => curve.projection(wr),
-                    Reweighting::Both => curve.joint_projection(wi, wr, pair.correlation_psi()),
+                    Reweighting::Both => curve.joint_projection(&pair),
                 },
             },
             Tangents::Adaptive { .. } => ThreadResponse::zero(),

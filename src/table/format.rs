@@ -490,12 +490,12 @@ impl Reader<'_> {
         for channel in &mut albedo {
             *channel = self.f64_where("albedo", |x| limits::ALBEDO.contains(&x))?;
         }
-        let optics = Optics {
-            eta: self.f64_where("eta", |x| limits::ETA.contains(&x))?,
-            k_d: self.f64_where("k_d", unit)?,
-            gamma_s: self.f64_where("gamma_s", |x| limits::GAMMA.contains(&x))?,
-            gamma_v: self.f64_where("gamma_v", |x| limits::GAMMA.contains(&x))?,
-        };
+        let optics = Optics::new(
+            self.f64_where("eta", |x| limits::ETA.contains(&x))?,
+            self.f64_where("k_d", unit)?,
+            self.f64_where("gamma_s", |x| limits::GAMMA.contains(&x))?,
+            self.f64_where("gamma_v", |x| limits::GAMMA.contains(&x))?,
+        );
         let quarter = within(core::f64::consts::FRAC_PI_2 + 1e-9);
         let (mut tilts, mut segments) = (Vec::new(), Vec::new());
         for _ in 0..self.count("number of tilts", 0..=MAX_PARTS)? {

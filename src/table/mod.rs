@@ -149,6 +149,7 @@ impl ThreadTable {
                         core::iter::empty(),
                         parameters.segments.iter().copied(),
                     ),
+                    &parameters.optics,
                     &parameters.nodes,
                 )),
             },
@@ -161,6 +162,11 @@ impl ThreadTable {
     /// `warp`, `weft`, …
     pub fn name(&self) -> &str {
         &self.parameters.name
+    }
+
+    /// The thread's frame in the surface.
+    pub fn frame(&self) -> ThreadFrame<f64> {
+        ThreadFrame::new(self.parameters.direction)
     }
 
     /// Share of the surface that the thread covers.
