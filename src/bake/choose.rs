@@ -95,9 +95,9 @@ pub(super) fn choose(
         (Direct::Worthwhile, Some(grid_error)) => grid_error,
         _ => settings.max_error,
     };
-    let (nodes, direct_error) = direct_nodes(fabric, thread, wanted);
+    let (nodes, tilts, direct_error) = direct_nodes(fabric, thread, wanted);
     let segments = thread.tangents::<f64>().segments().len();
-    let direct_cost = (segments * (nodes.len() + SEGMENT_COST)) as f64 / GRID_COST as f64;
+    let direct_cost = (segments * (tilts + SEGMENT_COST)) as f64 / GRID_COST as f64;
     let costs_no_more = direct_cost <= 1.0 && direct_error <= wanted;
     let directly = match settings.direct {
         Direct::Never => false,
@@ -110,7 +110,7 @@ pub(super) fn choose(
         thread: thread.name.clone(),
         grid: !directly,
         grid_error,
-        direct_nodes: nodes.len(),
+        direct_nodes: tilts,
         direct_error,
         direct_cost,
     };
@@ -153,9 +153,9 @@ fn plan_grid(
     Ok(best.expect("there are charts"))
 }
 
-/// The least nodes per segment whose mean relative error is at most `wanted`, or the most, and that error: of S + A V of the
-/// segments, relative to itself plus a hundredth of its mean, A being the largest channel of the albedo.
-fn direct_nodes(fabric: &Fabric, thread: &Thread, wanted: f64) -> (Vec<[f64; 2]>, f64) {
+/// The least nodes per segment whose mean relative error is at most `wanted`, or the most; how many tilts that takes; and that
+/// error: of S + A V of the segments, relative to itself plus a hundredth of its mean, A being the largest channel of the albedo.
+fn direct_nodes(fabric: &Fabric, thread: &Thread, wanted: f64) -> (Vec<[f64; 2]>, usize, f64) {
     let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
     let frame = thread.frame::<f64>();
     let integrand = Integrand::new(fabric, thread, Chart::Thesis, 1e-6);
@@ -175,7 +175,7 @@ fn direct_nodes(fabric: &Fabric, thread: &Thread, wanted: f64) -> (Vec<[f64; 2]>
     let mut count = 1;
     loop {
         let rule = gauss_legendre(count);
-        let nodes = PlacedNodes::<f64>::new(&curve, &rule);
+        let nodes = PlacedNodes::<f64>::new(&curve, &thread.optics, &rule);
         let error_of = |(pair, value): &(ThreadPair<f64>, f64)| {
             let response = nodes.mean_response(pair, &thread.optics);
             let error = (response.surface + brightest * response.volume - value).abs();
@@ -187,7 +187,7 @@ fn direct_nodes(fabric: &Fabric, thread: &Thread, wanted: f64) -> (Vec<[f64; 2]>
         };
         let error = truth.iter().map(error_of).sum::<f64>() / truth.len() as f64;
         if error <= wanted || count == MAX_NODES {
-            return (rule, error);
+            return (rule, nodes.tilts(), error);
         }
         count += 1;
     }

@@ -9,10 +9,12 @@ mod choose;
 mod encode;
 mod integrate;
 mod plan;
+mod promise;
 mod settings;
 
 pub use budget::{Budget, Cost, bake_within};
 pub use choose::{Choice, Direct};
+pub use promise::{Adapted, Promise, bake_as_promised};
 pub use settings::{Preset, Settings};
 
 use serde::{Deserialize, Serialize};
@@ -28,8 +30,11 @@ use choose::{Representation, choose};
 pub struct Provenance {
     /// Name and version of the tool.
     pub tool: String,
-    /// How it was baked.
+    /// How it was to be baked …
     pub settings: Settings,
+    /// … and how else it was, to keep the preset's promise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adapted: Option<Adapted>,
     /// What was baked.
     pub fabric: FabricText,
     /// What that cost in accuracy.
@@ -58,6 +63,10 @@ impl Provenance {
     /// When they are not what [`bake`] writes.
     pub fn of(table: &Table) -> Result<Self, toml::de::Error> {
         toml::from_str(table.metadata())
+    }
+
+    fn to_text(&self) -> String {
+        toml::to_string(self).expect("numbers, strings and arrays are TOML")
     }
 }
 
@@ -166,11 +175,12 @@ pub fn bake(
     let provenance = Provenance {
         tool: concat!("sateen ", env!("CARGO_PKG_VERSION")).to_owned(),
         settings: settings.clone(),
+        adapted: None,
         fabric: text,
         error,
         choices: planned,
     };
-    table.metadata = toml::to_string(&provenance).expect("numbers, strings and arrays are TOML");
+    table.metadata = provenance.to_text();
     Ok(table)
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use sateen::bake::{Budget, Preset, Provenance, Settings, bake, bake_within};
+use sateen::bake::{Budget, Preset, Promise, Provenance, Settings, bake_as_promised, bake_within};
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
 use sateen::progress::Progress;
 use sateen::table::Table;
@@ -13,7 +13,8 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::args::BakeArgs;
 use crate::output::{
-    Bar, Output, Usage, bytes, choice_lines, error_lines, print, print_json, sizes, use_threads,
+    Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, print, print_json, sizes,
+    use_threads,
 };
 use crate::subject::load_fabric;
 
@@ -48,16 +49,16 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         let report = |share: f64| bar.report(share);
         let interrupted = || format!("{} was not written", path.display());
         let progress = Progress::new(&report);
-        let (table, cost) = if is_limited {
+        let (table, cost, within) = if is_limited {
             let (table, cost) =
                 bake_within(fabric, &settings, &budget, progress).with_context(interrupted)?;
-            (table, Some(cost))
+            (table, Some(cost), budget.holds(&cost))
         } else {
-            let table = bake(fabric, &settings, progress).with_context(interrupted)?;
-            (table, None)
+            let (table, within) =
+                bake_as_promised(fabric, &settings, progress).with_context(interrupted)?;
+            (table, None, within)
         };
         let provenance = Provenance::of(&table).context("metadata just written")?;
-        let within = cost.is_none_or(|cost| budget.holds(&cost));
         let mut file_bytes = None;
         if within {
             let file = table.to_bytes().with_context(interrupted)?;
@@ -74,6 +75,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                 "fabric": fabric.name,
                 "path": file_bytes.map(|_| path),
                 "within": within,
+                "adapted": provenance.adapted,
                 "decoded_bytes": table.decoded_bytes(),
                 "file_bytes": file_bytes,
                 "ns": cost.and_then(|cost| cost.ns),
@@ -85,15 +87,21 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             let sizes = match file_bytes {
                 Some(file_bytes) => sizes(table.decoded_bytes(), file_bytes),
                 None => format!(
-                    "not written, nothing keeps the limits; the nearest: {} in memory",
+                    "not written, nothing {}; the nearest: {} in memory",
+                    if is_limited {
+                        "keeps the limits".to_owned()
+                    } else {
+                        not_promised(&settings)
+                    },
                     bytes(table.decoded_bytes())
                 ),
             };
             let ns = cost.and_then(|cost| cost.ns);
             let ns = ns.map_or(String::new(), |ns| format!(", {ns:.0} ns per pair"));
             let text = format!(
-                "{}: {sizes}{ns}, {seconds:.1} s\n{}{}",
+                "{}: {sizes}{ns}, {seconds:.1} s\n{}{}{}",
                 path.display(),
+                adapted_line(provenance.adapted),
                 choice_lines(&provenance.choices),
                 error_lines(&provenance.error)
             );
@@ -104,6 +112,18 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         print_json(&Value::from(results))?;
     }
     Ok(outcome)
+}
+
+/// What a table that is not written misses, and what to do.
+fn not_promised(settings: &Settings) -> String {
+    let Promise { mean, p99 } = settings.preset.promise();
+    format!(
+        "keeps the preset's {} % of mean error and {} % of the 99th percentile, though grids of {} and direct evaluation were \
+         tried (--max-error takes what can be reached)",
+        100.0 * mean,
+        100.0 * p99,
+        bytes(4 * settings.max_bytes)
+    )
 }
 
 fn settings(args: &BakeArgs) -> Settings {

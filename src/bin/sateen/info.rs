@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::InfoArgs;
-use crate::output::{bytes, error_lines, print, print_json, sizes};
+use crate::output::{adapted_line, bytes, error_lines, print, print_json, sizes};
 use crate::subject::{load_table, provenance};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
@@ -36,6 +36,7 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         100.0 * settings.target_error,
         bytes(settings.max_bytes),
     );
+    text += adapted_line(provenance.adapted);
     text += &format!(
         "  size       {}, format {MAJOR}.{MINOR}\n",
         sizes(table.decoded_bytes(), file_bytes)

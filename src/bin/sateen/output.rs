@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use sateen::bake::Choice;
+use sateen::bake::{Adapted, Choice};
 use sateen::metrics::{ErrorReport, Quantiles};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -246,6 +246,19 @@ pub(crate) fn bytes(count: usize) -> String {
 /// What a table takes, for people.
 pub(crate) fn sizes(decoded: usize, file: usize) -> String {
     format!("{} in memory, {} in the file", bytes(decoded), bytes(file))
+}
+
+/// What a table needed to keep its preset's promise, for people.
+pub(crate) fn adapted_line(adapted: Option<Adapted>) -> &'static str {
+    match adapted {
+        None => "",
+        Some(Adapted::Direct) => {
+            "  stiffer than the preset's grids allow: all threads are evaluated directly\n"
+        }
+        Some(Adapted::Larger) => {
+            "  stiffer than the preset's grids allow: these have four times the bytes\n"
+        }
+    }
 }
 
 /// How a table evaluates its threads, and why, for people.
