@@ -40,7 +40,7 @@
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
 //! | `bake` | [`fabric`], [`model`], [`metrics`], [`mod@bake`] |
-//! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page |
+//! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
 //! | `cli` | the tool; the default |
 //!
 //! The core without features is `no_std` and needs `alloc`.
@@ -69,3 +69,5 @@ pub mod model;
 pub mod progress;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "report")]
+pub mod stress;

@@ -5,6 +5,7 @@
 
 mod library;
 mod parse;
+mod text;
 
 pub use library::{LIBRARY, LibraryEntry, nearest_name};
 pub use parse::FabricError;
@@ -94,6 +95,12 @@ impl Fabric {
     /// What is wrong, with the key and the line.
     pub fn from_toml(text: &str, file: &str, variant: Option<&str>) -> Result<Self, FabricError> {
         parse::parse(text, file, variant)
+    }
+
+    /// TOML text of the parameters, whatever [`Fabric::toml`] says: to read a fabric whose fields were changed. Angles come back to
+    /// the last bit or two.
+    pub fn to_toml(&self) -> String {
+        text::to_toml(self)
     }
 
     /// The library's fabric of that name, as [`LIBRARY`] lists them.

@@ -51,7 +51,7 @@ pub struct ErrorReport {
 const GRAZING: f64 = 0.1;
 /// The share of the mean that keeps relative error meaningful where a fabric is dark.
 const FLOOR: f64 = 0.01;
-const VIEW_ANGLES_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
+pub(super) const VIEW_ANGLES_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
 /// Strata of z and azimuth for directional reflectance.
 const STRATA: (usize, usize) = (24, 64);
 
@@ -205,7 +205,7 @@ fn ratio(error: f64, size: f64) -> f64 {
     if error == 0.0 { 0.0 } else { error / size }
 }
 
-fn quantiles(mut errors: Vec<f64>) -> Quantiles {
+pub(super) fn quantiles(mut errors: Vec<f64>) -> Quantiles {
     let Some(last) = errors.len().checked_sub(1) else {
         return Quantiles::default();
     };
@@ -222,24 +222,34 @@ fn quantiles(mut errors: Vec<f64>) -> Quantiles {
     }
 }
 
-fn bias(reference: &Sadeghi<f64>, approximation: &dyn Model<f64>, view_deg: f64) -> Bias {
+/// To the viewer at an angle from the normal, half way between warp and weft.
+pub(super) fn viewer(view_deg: f64) -> [f64; 3] {
     let (sin, cos) = view_deg.to_radians().sin_cos();
     let diagonal = std::f64::consts::FRAC_1_SQRT_2;
-    let wr = [sin * diagonal, sin * diagonal, cos];
+    [sin * diagonal, sin * diagonal, cos]
+}
+
+/// Directions that each stand for the same solid angle of the hemisphere.
+pub(super) fn lights_and_solid_angle() -> (Vec<[f64; 3]>, f64) {
     let (rows, columns) = STRATA;
-    let solid_angle = std::f64::consts::TAU / (rows * columns) as f64;
     // Equal steps of z are equal solid angles.
-    let lights: Vec<([f64; 3], [f64; 3])> = (0..rows * columns)
+    let light = |index: usize| {
+        let z = ((index / columns) as f64 + 0.5) / rows as f64;
+        let (sin, cos) =
+            (std::f64::consts::TAU * ((index % columns) as f64 + 0.5) / columns as f64).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        [r * cos, r * sin, z]
+    };
+    let solid_angle = std::f64::consts::TAU / (rows * columns) as f64;
+    ((0..rows * columns).map(light).collect(), solid_angle)
+}
+
+fn bias(reference: &Sadeghi<f64>, approximation: &dyn Model<f64>, view_deg: f64) -> Bias {
+    let wr = viewer(view_deg);
+    let (lights, solid_angle) = lights_and_solid_angle();
+    let lights: Vec<([f64; 3], [f64; 3])> = lights
         .into_par_iter()
-        .map(|index| {
-            let z = ((index / columns) as f64 + 0.5) / rows as f64;
-            let (sin, cos) = (std::f64::consts::TAU * ((index % columns) as f64 + 0.5)
-                / columns as f64)
-                .sin_cos();
-            let r = (1.0 - z * z).sqrt();
-            let wi = [r * cos, r * sin, z];
-            (reference.eval_cos(wi, wr), approximation.eval_cos(wi, wr))
-        })
+        .map(|wi| (reference.eval_cos(wi, wr), approximation.eval_cos(wi, wr)))
         .collect();
     let mut result = Bias {
         view_deg,

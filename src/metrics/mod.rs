@@ -12,10 +12,12 @@
 
 mod error;
 mod pairs;
+mod physics;
 mod time;
 
 pub use error::{Bias, ErrorReport, PairErrors, Quantiles, Truth, measure};
 pub use pairs::{Pair, PairKind, Pairs, protocol_pairs};
+pub use physics::Physics;
 pub use time::{median, nanoseconds_per_pair};
 
 use crate::model::Model;

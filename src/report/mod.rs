@@ -8,10 +8,10 @@ mod candidate;
 mod front;
 mod heat;
 mod machine;
-mod page;
-mod plot;
+pub(crate) mod page;
+pub(crate) mod plot;
 mod records;
-mod summary;
+pub(crate) mod summary;
 mod timing;
 
 pub use candidate::{Candidate, Family, THESIS};

@@ -50,7 +50,8 @@ pub(super) fn html(report: &Report) -> String {
     .into_string()
 }
 
-fn style() -> String {
+/// The style sheet of pages.
+pub(crate) fn style() -> String {
     let [paper, ink, lines, link] = plot::page_colours();
     let variables = |mode: usize| {
         format!(

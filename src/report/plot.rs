@@ -11,12 +11,12 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::summary::{bytes, short_name};
 use super::{Axis, FabricReport, Family, HeatMap, Measurement, THESIS, pareto_front};
 
-const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFE);
-const INK: RGBColor = RGBColor(0x1F, 0x29, 0x37);
-const LINES: RGBColor = RGBColor(0xE5, 0xE7, 0xEB);
-const GREY: RGBColor = RGBColor(0x76, 0x7F, 0x8C);
-const ORANGE: RGBColor = RGBColor(0xD9, 0x6B, 0x06);
-const BLUE: RGBColor = RGBColor(0x1D, 0x5F, 0xD6);
+pub(crate) const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFE);
+pub(crate) const INK: RGBColor = RGBColor(0x1F, 0x29, 0x37);
+pub(crate) const LINES: RGBColor = RGBColor(0xE5, 0xE7, 0xEB);
+pub(crate) const GREY: RGBColor = RGBColor(0x76, 0x7F, 0x8C);
+pub(crate) const ORANGE: RGBColor = RGBColor(0xD9, 0x6B, 0x06);
+pub(crate) const BLUE: RGBColor = RGBColor(0x1D, 0x5F, 0xD6);
 
 /// Every colour and what it is in the dark.
 const DARK: [(RGBColor, RGBColor); 6] = [
@@ -30,30 +30,30 @@ const DARK: [(RGBColor, RGBColor); 6] = [
 
 /// Units of the drawing, half that in pixels on a phone.
 const SIZE: (u32, u32) = (640, 520);
-const FONT: u32 = 25;
-const LABEL_FONT: u32 = 22;
-const RADIUS: i32 = 7;
+pub(crate) const FONT: u32 = 25;
+pub(crate) const LABEL_FONT: u32 = 22;
+pub(crate) const RADIUS: i32 = 7;
 /// Errors below are drawn there: rounding of single precision.
 const LEAST_ERROR: f64 = 1e-6;
 
 /// A drawing.
-pub(super) struct Plot {
+pub(crate) struct Plot {
     /// What it shows, for the name of its file.
-    pub(super) name: &'static str,
+    pub(crate) name: &'static str,
     /// For those who cannot see it.
-    pub(super) caption: String,
-    svg: String,
+    pub(crate) caption: String,
+    pub(crate) svg: String,
 }
 
 impl Plot {
     /// As part of a page that has the style sheet.
-    pub(super) fn inlined(&self) -> String {
+    pub(crate) fn inlined(&self) -> String {
         let role = format!("<svg role=\"img\" aria-label=\"{}\"", escape(&self.caption));
         self.svg.replacen("<svg", &role, 1)
     }
 
     /// As a file of its own.
-    pub(super) fn standalone(&self) -> String {
+    pub(crate) fn standalone(&self) -> String {
         let style = format!(
             "xmlns=\"http://www.w3.org/2000/svg\">\n<style>{}</style>",
             style_sheet()
@@ -123,11 +123,11 @@ fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type DrawError<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
-type Drawn<'a> = Result<(), DrawError<'a>>;
+pub(crate) type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(crate) type DrawError<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
+pub(crate) type Drawn<'a> = Result<(), DrawError<'a>>;
 
-fn draw(what: impl for<'a> Fn(&Root<'a>) -> Drawn<'a>) -> String {
+pub(crate) fn draw(what: impl for<'a> Fn(&Root<'a>) -> Drawn<'a>) -> String {
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
     root.fill(&PAPER)
@@ -294,17 +294,17 @@ fn colour(family: Family) -> RGBColor {
     }
 }
 
-fn font(size: u32) -> TextStyle<'static> {
+pub(crate) fn font(size: u32) -> TextStyle<'static> {
     ("sans-serif", size).into_text_style(&SIZE)
 }
 
-struct LogAxis {
-    range: Range<f64>,
-    ticks: Vec<f64>,
+pub(crate) struct LogAxis {
+    pub(crate) range: Range<f64>,
+    pub(crate) ticks: Vec<f64>,
 }
 
 /// An axis around positive `values`, with ticks at 1, 2 and 5, or at powers of ten where that would be many.
-fn log_axis(values: impl Iterator<Item = f64>) -> LogAxis {
+pub(crate) fn log_axis(values: impl Iterator<Item = f64>) -> LogAxis {
     let (least, most) = values.fold((f64::INFINITY, 0.0), |(least, most), x| {
         (x.min(least), x.max(most))
     });
@@ -327,7 +327,7 @@ fn log_axis(values: impl Iterator<Item = f64>) -> LogAxis {
 }
 
 /// A tick without the dust of its powers of ten.
-fn plain(x: f64) -> String {
+pub(crate) fn plain(x: f64) -> String {
     format!("{}", format!("{x:.6e}").parse::<f64>().unwrap_or(x))
 }
 

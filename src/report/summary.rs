@@ -164,7 +164,7 @@ fn against_thesis(speedup: f64) -> String {
 }
 
 /// Two digits that mean something.
-pub(super) fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     if !(x > 0.0) {
         return "0".to_owned();
     }
@@ -175,7 +175,7 @@ pub(super) fn number(x: f64) -> String {
 }
 
 /// A share as percent.
-pub(super) fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent < 1e-3 {
         "< 0.001 %".to_owned()
@@ -194,7 +194,7 @@ pub(super) fn time(ns: f64) -> String {
 }
 
 /// `4.1 MB`.
-pub(super) fn bytes(count: usize) -> String {
+pub(crate) fn bytes(count: usize) -> String {
     match count {
         0 => "–".to_owned(),
         1..1000 => format!("{count} B"),

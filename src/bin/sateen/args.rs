@@ -28,6 +28,7 @@ pub(crate) enum Verb {
     Eval(EvalArgs),
     Validate(ValidateArgs),
     Report(ReportArgs),
+    Stress(StressArgs),
 }
 
 /// List the fabrics of the library.
@@ -182,6 +183,39 @@ pub(crate) struct ReportArgs {
     #[arg(long, value_name = "SEED", default_value_t = VALIDATION_SEED)]
     pub(crate) seed: u64,
     /// Threads to bake and to measure error with [default: all cores]. Time is always that of one.
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Try every evaluator on stiff fabrics and extreme directions.
+///
+/// Drives each parameter of a fabric to its extremes, asks at directions that are hard, and writes index.html, stress.csv,
+/// stress.json and plots: what is finite, how far single precision is from double, where values step, and whether tables keep
+/// their preset's promise. Exit status 3 if a case fails.
+#[derive(clap::Args)]
+pub(crate) struct StressArgs {
+    /// Names from the library, or TOML files [default: polyester-lining, denim and velvet].
+    #[arg(value_name = "FABRIC")]
+    pub(crate) fabrics: Vec<String>,
+    /// The folder to write to.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// A rough report within a minute: three values of each parameter, few pairs, and no tables unless --presets says so.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Presets to bake in every case, with commas between them [default: draft,standard, which take an hour per fabric].
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
+    pub(crate) presets: Option<Vec<PresetArg>>,
+    /// Which of the named albedos of a TOML file to use [default: the first by name].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
+    /// How many pairs of each geometry [default: 200].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) pairs: Option<u32>,
+    /// The seed that draws them.
+    #[arg(long, value_name = "SEED", default_value_t = VALIDATION_SEED)]
+    pub(crate) seed: u64,
+    /// Threads to work with [default: all cores]. The result does not depend on it.
     #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
 }

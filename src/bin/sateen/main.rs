@@ -9,6 +9,7 @@ mod fabrics;
 mod info;
 mod output;
 mod report;
+mod stress;
 mod subject;
 mod validate;
 
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Verb::Eval(args) => eval::run(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Report(args) => report::run(&args),
+        Verb::Stress(args) => stress::run(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -1,7 +1,5 @@
 //! `sateen report`
 
-use std::path::Path;
-
 use anyhow::{Context, Result};
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
 use sateen::progress::Progress;
@@ -9,8 +7,8 @@ use sateen::report::{Options, Report, measure};
 
 use crate::Outcome;
 use crate::args::ReportArgs;
-use crate::output::{Bar, Output, Usage, print, say, use_threads};
-use crate::subject::load_fabric;
+use crate::output::{Bar, print, say, use_threads};
+use crate::subject::{load_fabric, report_folder, write_files};
 
 pub(crate) fn run(args: &ReportArgs) -> Result<Outcome> {
     use_threads(args.jobs)?;
@@ -20,30 +18,9 @@ pub(crate) fn run(args: &ReportArgs) -> Result<Outcome> {
         let load = |name: &String| load_fabric(name, args.variant.as_deref());
         args.fabrics.iter().map(load).collect::<Result<_>>()?
     };
-    for (index, fabric) in fabrics.iter().enumerate() {
-        if fabrics[..index]
-            .iter()
-            .any(|other| other.name == fabric.name)
-        {
-            let message = format!(
-                "two fabrics are called {}, and their plots would be the same files",
-                fabric.name
-            );
-            return Err(Usage(message).into());
-        }
-    }
-    let folder = args.output.as_path();
-    if folder.is_file() {
-        let message = format!(
-            "-o {}: a report needs a folder, but this is a file",
-            folder.display()
-        );
-        return Err(Usage(message).into());
-    }
+    let folder = report_folder(&fabrics, &args.output)?;
     let options = options(args);
     let mut report = Report::new(&options);
-    // Before the work, to find out whether the folder can be written to.
-    Output::prepare(&folder.join("index.html"))?;
 
     let mut bar = Bar::new(fabrics.len());
     for fabric in &fabrics {
@@ -54,7 +31,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<Outcome> {
         let summary = format!("{}: {}\n", fabric.name, done.summary());
         report.fabrics.push(done);
         // What is done stays, whatever becomes of the rest.
-        write(&report, folder)?;
+        write_files(folder, report.files())?;
         bar.suspend(|| print(&summary))?;
     }
     drop(bar);
@@ -86,11 +63,4 @@ fn options(args: &ReportArgs) -> Options {
     }
     options.seed = args.seed;
     options
-}
-
-fn write(report: &Report, folder: &Path) -> Result<()> {
-    for (name, text) in report.files() {
-        Output::prepare(&folder.join(name))?.write(text.as_bytes())?;
-    }
-    Ok(())
 }

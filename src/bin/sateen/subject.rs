@@ -1,4 +1,4 @@
-//! FABRIC and TABLE arguments.
+//! FABRIC and TABLE arguments, and the folders of reports on them.
 
 use std::fs::File;
 use std::io::Read;
@@ -9,7 +9,7 @@ use sateen::bake::Provenance;
 use sateen::fabric::{Fabric, nearest_name};
 use sateen::table::{MAX_DECODED_BYTES, Table};
 
-use crate::output::{Usage, say};
+use crate::output::{Output, Usage, say};
 
 /// No fabric takes more; keeps a mistyped path to a film from being read whole.
 const MAX_TOML_BYTES: u64 = 1 << 20;
@@ -126,4 +126,38 @@ pub(crate) fn provenance(table: &Table, name: &Path) -> Result<(Provenance, Fabr
         );
     }
     Ok((provenance, fabric))
+}
+
+/// The folder of a report on these fabrics, which can be written to.
+pub(crate) fn report_folder<'a>(fabrics: &[Fabric], folder: &'a Path) -> Result<&'a Path> {
+    for (index, fabric) in fabrics.iter().enumerate() {
+        if fabrics[..index]
+            .iter()
+            .any(|other| other.name == fabric.name)
+        {
+            let message = format!(
+                "two fabrics are called {}, and their plots would be the same files",
+                fabric.name
+            );
+            return Err(Usage(message).into());
+        }
+    }
+    if folder.is_file() {
+        let message = format!(
+            "-o {}: a report needs a folder, but this is a file",
+            folder.display()
+        );
+        return Err(Usage(message).into());
+    }
+    // Before the work, to find out.
+    Output::prepare(&folder.join("index.html"))?;
+    Ok(folder)
+}
+
+/// Writes the files of a report.
+pub(crate) fn write_files(folder: &Path, files: Vec<(String, String)>) -> Result<()> {
+    for (name, text) in files {
+        Output::prepare(&folder.join(name))?.write(text.as_bytes())?;
+    }
+    Ok(())
 }

@@ -1,0 +1,292 @@
+//! What holds of an evaluator on hard pairs.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::fabric::Fabric;
+use crate::math::Vec3;
+use crate::metrics::{PairKind, protocol_pairs};
+use crate::model::{Model, Rule, Sadeghi};
+use crate::table::Table;
+
+/// Single-precision directions to the light and the viewer.
+pub type SinglePair = [Vec3<f32>; 2];
+
+/// The largest of something, and the pair where.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Worst {
+    /// Relative to ρ plus a hundredth of its mean.
+    pub value: f64,
+    /// wi and wr.
+    pub pair: SinglePair,
+}
+
+impl Worst {
+    fn or(self, other: Self) -> Self {
+        if other.value > self.value {
+            other
+        } else {
+            self
+        }
+    }
+}
+
+/// What holds of an evaluator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Its name, as `midpoint:50` or `table:standard`.
+    pub evaluator: String,
+    /// Pairs it was asked.
+    pub pairs: usize,
+    /// Values that were infinite or no numbers.
+    pub not_finite: usize,
+    /// Values below 0.
+    pub negative: usize,
+    /// How far single precision is from double, beyond what the last bits of the directions account for: the distance from the
+    /// values that the same rule takes in double precision over directions that differ by up to two such bits. Of the reference
+    /// how far its tolerance of 1e-7 is from one of 1e-11, of a table how far a batch is from single lookups.
+    pub deviation: Worst,
+    /// How much more, or less, a value changes than the model's between directions a millionth apart, where the model does not
+    /// itself jump there: a seam or a speck.
+    pub step: Worst,
+    /// The mean and the largest relative error against the reference.
+    pub mean_error: f64,
+    /// The largest of it.
+    pub error: Worst,
+}
+
+/// The pairs, with what the model says of them.
+pub(super) struct Trial<'a> {
+    fabric: &'a Fabric,
+    pairs: Vec<SinglePair>,
+    /// Each a millionth beside.
+    neighbours: Vec<SinglePair>,
+    truth: Vec<[f64; 3]>,
+    beside: Vec<[f64; 3]>,
+    /// A hundredth of the mean ρ, and never 0.
+    floor: f64,
+}
+
+/// Two units in the last place of a component near 1.
+const LAST_BITS: f64 = 2.0 * f32::EPSILON as f64;
+/// How far neighbours are.
+const STEP: f64 = 1e-6;
+/// Where the model changes by more than this share over such a step, or over the last bits, it jumps.
+const JUMP: f64 = 1e-3;
+const TIGHT: Rule = Rule::Adaptive(1e-11);
+
+type Double<'a> = &'a (dyn Fn(Vec3<f64>, Vec3<f64>) -> [f64; 3] + Sync);
+
+impl<'a> Trial<'a> {
+    pub(super) fn new(fabric: &'a Fabric, pairs: Vec<SinglePair>) -> Self {
+        let model = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
+        let renders: Vec<f64> = protocol_pairs(fabric, 256, 1)
+            .par_iter()
+            .filter(|pair| pair.kind == PairKind::Render)
+            .map(|pair| model.eval_cos(pair.wi, pair.wr).iter().sum::<f64>() / 3.0)
+            .collect();
+        let mean = renders.iter().sum::<f64>() / renders.len().max(1) as f64;
+        let neighbours: Vec<SinglePair> = pairs
+            .iter()
+            .enumerate()
+            .map(|(index, pair)| moved(pair, STEP, index).map(|w| w.map(|x| x as f32)))
+            .collect();
+        let values = |pairs: &[SinglePair]| -> Vec<[f64; 3]> {
+            pairs
+                .par_iter()
+                .map(|pair| at(&|wi, wr| model.eval_cos(wi, wr), pair))
+                .collect()
+        };
+        Self {
+            truth: values(&pairs),
+            beside: values(&neighbours),
+            floor: (0.01 * mean).max(f64::from(f32::MIN_POSITIVE)),
+            fabric,
+            pairs,
+            neighbours,
+        }
+    }
+
+    /// The reference itself.
+    pub(super) fn reference(&self) -> Verdict {
+        let tight = Sadeghi::<f64>::new(self.fabric, TIGHT);
+        let deviations = self.pairs.par_iter().zip(&self.truth).map(|(pair, value)| {
+            let exact = at(&|wi, wr| tight.eval_cos(wi, wr), pair);
+            self.relative(*value, exact)
+        });
+        let deviations: Vec<f64> = deviations.collect();
+        let values = [self.truth.clone(), self.beside.clone()];
+        self.verdict("reference".to_owned(), &values, &deviations)
+    }
+
+    /// A rule that takes the same steps for every pair: one pair at a time, and in batches.
+    pub(super) fn rule(&self, name: &str, rule: Rule) -> Verdict {
+        let double = Sadeghi::<f64>::new(self.fabric, rule);
+        let double: Double<'_> = &|wi, wr| double.eval_cos(wi, wr);
+        let single = Sadeghi::<f32>::new(self.fabric, rule);
+        let batch = |pairs: &[SinglePair]| {
+            in_batches(pairs, |wi, wr, rho| single.eval_cos_batch(wi, wr, rho))
+        };
+        let values = [batch(&self.pairs), batch(&self.neighbours)];
+        let deviations = self.pairs.par_iter().zip(&values[0]).enumerate();
+        let deviations: Vec<f64> = deviations
+            .map(|(index, (pair, batch))| {
+                let one = single.eval_cos(pair[0], pair[1]).map(f64::from);
+                let exact = at(double, pair);
+                let mut deviation = self.relative(one, exact).max(self.relative(*batch, exact));
+                if deviation > 1e-6 {
+                    deviation = self.beyond_last_bits(double, pair, index, [one, *batch]);
+                }
+                deviation
+            })
+            .collect();
+        // Steps are compared with the rule's own in double precision: a coarse rule may differ from the model.
+        let own = |pairs: &[SinglePair]| pairs.par_iter().map(|pair| at(double, pair)).collect();
+        let own: [Vec<[f64; 3]>; 2] = [own(&self.pairs), own(&self.neighbours)];
+        let mut verdict = self.verdict(name.to_owned(), &values, &deviations);
+        verdict.step = self.worst_step(&values, &own);
+        verdict
+    }
+
+    /// A baked table.
+    pub(super) fn table(&self, name: String, table: &Table) -> Verdict {
+        let batch = |pairs: &[SinglePair]| {
+            in_batches(pairs, |wi, wr, rho| table.eval_cos_batch(wi, wr, rho))
+        };
+        let values = [batch(&self.pairs), batch(&self.neighbours)];
+        let single = |pair: &SinglePair| table.eval_cos(pair[0], pair[1]).map(f64::from);
+        let deviations = self.pairs.par_iter().zip(&values[0]);
+        let deviations: Vec<f64> = deviations
+            .map(|(pair, batch)| self.relative(*batch, single(pair)))
+            .collect();
+        self.verdict(name, &values, &deviations)
+    }
+
+    fn verdict(
+        &self,
+        evaluator: String,
+        values: &[Vec<[f64; 3]>; 2],
+        deviations: &[f64],
+    ) -> Verdict {
+        let all = || values.iter().flatten().flatten();
+        let errors: Vec<f64> = values[0]
+            .iter()
+            .zip(&self.truth)
+            .map(|(value, truth)| self.relative(*value, *truth))
+            .collect();
+        Verdict {
+            evaluator,
+            pairs: self.pairs.len(),
+            not_finite: all().filter(|x| !x.is_finite()).count(),
+            negative: all().filter(|x| **x < 0.0).count(),
+            deviation: self.worst(deviations),
+            step: self.worst_step(values, &[self.truth.clone(), self.beside.clone()]),
+            mean_error: errors.iter().sum::<f64>() / errors.len().max(1) as f64,
+            error: self.worst(&errors),
+        }
+    }
+
+    fn worst(&self, values: &[f64]) -> Worst {
+        let all = self.pairs.iter().zip(values);
+        all.map(|(pair, value)| Worst {
+            value: *value,
+            pair: *pair,
+        })
+        .fold(Worst::default(), Worst::or)
+    }
+
+    /// The largest difference between the steps of `values` and those of `model`, from pairs to their neighbours.
+    fn worst_step(&self, values: &[Vec<[f64; 3]>; 2], model: &[Vec<[f64; 3]>; 2]) -> Worst {
+        let step = |index: usize| {
+            let excess = |c: usize| {
+                let (from, to) = (model[0][index][c], model[1][index][c]);
+                let scale = from.max(to) + self.floor;
+                let step = to - from;
+                let jumps = step.abs() > JUMP * scale;
+                let own = values[1][index][c] - values[0][index][c];
+                if jumps {
+                    0.0
+                } else {
+                    (own - step).abs() / scale
+                }
+            };
+            (0..3).map(excess).fold(0.0, f64::max)
+        };
+        let steps: Vec<f64> = (0..self.pairs.len()).map(step).collect();
+        self.worst(&steps)
+    }
+
+    /// The largest |a − b| over b plus the floor. What is no number is infinitely far.
+    fn relative(&self, a: [f64; 3], b: [f64; 3]) -> f64 {
+        (0..3)
+            .map(|c| (a[c] - b[c]).abs() / (b[c].max(0.0) + self.floor))
+            .fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
+    }
+
+    /// How far `values` are from all that `double` takes on where directions differ in their last bits.
+    fn beyond_last_bits(
+        &self,
+        double: Double<'_>,
+        pair: &SinglePair,
+        index: usize,
+        values: [[f64; 3]; 2],
+    ) -> f64 {
+        let mut least = at(double, pair);
+        let mut most = least;
+        for turn in 0..16 {
+            let [wi, wr] = moved(pair, LAST_BITS, 16 * index + turn);
+            let value = double(wi, wr);
+            for c in 0..3 {
+                least[c] = least[c].min(value[c]);
+                most[c] = most[c].max(value[c]);
+            }
+        }
+        let beyond = |value: [f64; 3], c: usize| {
+            let distance = (value[c] - most[c]).max(least[c] - value[c]).max(0.0);
+            distance / (most[c] + self.floor)
+        };
+        let all = values
+            .iter()
+            .flat_map(|value| (0..3).map(move |c| (*value, c)));
+        all.map(|(value, c)| beyond(value, c)).fold(0.0, f64::max)
+    }
+}
+
+fn at(model: Double<'_>, pair: &SinglePair) -> [f64; 3] {
+    let [wi, wr] = pair.map(|w| w.map(f64::from));
+    model(wi, wr)
+}
+
+/// A pair whose components differ by up to `distance`, in ways that follow from `index`; still above the surface.
+fn moved(pair: &SinglePair, distance: f64, index: usize) -> [Vec3<f64>; 2] {
+    // Odd multiples of an irrational number are spread evenly.
+    let mut turn = index as f64 * 6.0;
+    let mut shift = || {
+        turn += 1.0;
+        2.0 * (turn * 0.618_033_988_749_894_9).fract() - 1.0
+    };
+    pair.map(|w| {
+        let [x, y, z] = w.map(|x| f64::from(x) + distance * shift());
+        [x, y, if z > 0.0 { z } else { f64::from(w[2]) }]
+    })
+}
+
+type Slices<'a> = [&'a [f32]; 3];
+
+/// All pairs at once.
+fn in_batches(
+    pairs: &[SinglePair],
+    eval: impl Fn(Slices<'_>, Slices<'_>, [&mut [f32]; 3]),
+) -> Vec<[f64; 3]> {
+    let component = |side: usize, k: usize| pairs.iter().map(|pair| pair[side][k]).collect();
+    let [wi, wr]: [[Vec<f32>; 3]; 2] = [0, 1].map(|side| [0, 1, 2].map(|k| component(side, k)));
+    let mut rho = [0, 1, 2].map(|_| vec![0.0; pairs.len()]);
+    eval(
+        wi.each_ref().map(Vec::as_slice),
+        wr.each_ref().map(Vec::as_slice),
+        rho.each_mut().map(Vec::as_mut_slice),
+    );
+    (0..pairs.len())
+        .map(|index| [0, 1, 2].map(|c| f64::from(rho[c][index])))
+        .collect()
+}
