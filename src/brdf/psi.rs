@@ -148,12 +148,14 @@ impl<L: Lanes> Ordered<L> {
         let last_a = Psi::select(is_from, last_a, apart(first_a.sin, L::of(-1.0)));
         let first_b = self.first.turned(arc.to);
         let first_b = Psi::select(is_to, first_b, apart(last_b.sin, L::one()));
+        // Near an end of visibility the width is as small as the cosine of the direction that ends there.
+        let narrowed = L::select(
+            is_to,
+            half_tangent(first_a, first_b),
+            half_tangent(last_a, last_b),
+        );
         Seen {
-            half_tangent: L::select(
-                L::both(is_from, is_to),
-                splat(arc.half_tangent),
-                half_tangent(first_a, first_b),
-            ),
+            half_tangent: L::select(L::both(is_from, is_to), splat(arc.half_tangent), narrowed),
             first: [first_a, first_b],
             last: [last_a, last_b],
         }

@@ -206,6 +206,9 @@ pub(crate) struct StressArgs {
     /// Presets to bake in every case, with commas between them [default: draft,standard, which take an hour per fabric].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "LIST")]
     pub(crate) presets: Option<Vec<PresetArg>>,
+    /// Bake no tables, which is what takes long.
+    #[arg(long, conflicts_with = "presets")]
+    pub(crate) no_tables: bool,
     /// Which of the named albedos of a TOML file to use [default: the first by name].
     #[arg(long, value_name = "NAME")]
     pub(crate) variant: Option<String>,

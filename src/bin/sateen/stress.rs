@@ -59,6 +59,9 @@ fn options(args: &StressArgs) -> Options {
     if let Some(presets) = &args.presets {
         options.presets = presets.iter().map(|preset| (*preset).into()).collect();
     }
+    if args.no_tables {
+        options.presets.clear();
+    }
     if let Some(pairs) = args.pairs {
         options.pairs = pairs as usize;
     }
