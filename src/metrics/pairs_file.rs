@@ -1,0 +1,313 @@
+//! Pairs of directions from a CSV file.
+//!
+//! The first line names the columns: `wi_x wi_y wi_z wr_x wr_y wr_z`, in any order and among any others, which are kept.
+//!
+//! A file may come from anywhere, so what it can make the reader ask for is bounded: it has at most [`MAX_CSV_BYTES`],
+//! and a line at most [`MAX_CSV_LINE_BYTES`]. A row takes 96 bytes for its directions, its own text, and 4 bytes per cell,
+//! at most eleven times as much as its line; while a list grows, its old and its new place are both in memory.
+
+use std::io::{self, Read};
+
+use csv::{ReaderBuilder, StringRecord};
+
+use crate::math::normalized;
+
+/// The most bytes of a file of pairs: some ten million pairs with all their digits.
+pub const MAX_CSV_BYTES: u64 = 1 << 30;
+/// The most bytes of one line, its quoted line breaks included. (It may be a buffer longer, since files are read ahead.)
+pub const MAX_CSV_LINE_BYTES: u64 = 1 << 20;
+
+const COLUMNS: [&str; 6] = ["wi_x", "wi_y", "wi_z", "wr_x", "wr_y", "wr_z"];
+/// Directions further from unit length than this are counted.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// What is wrong with a file of pairs, and where.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PairsFileError {
+    /// The file cannot be read, or is not CSV.
+    #[error("cannot read the pairs {file}")]
+    Unreadable {
+        /// The file, or the name it was given.
+        file: String,
+        /// What the CSV reader says.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The file has more than [`MAX_CSV_BYTES`].
+    #[error("cannot read the pairs {file}: it has more than {MAX_CSV_BYTES} bytes; split it")]
+    TooLarge {
+        /// The file, or the name it was given.
+        file: String,
+    },
+    /// A line has more than [`MAX_CSV_LINE_BYTES`].
+    #[error("{file}:{line}: the line has more than {MAX_CSV_LINE_BYTES} bytes")]
+    LineTooLong {
+        /// The file, or the name it was given.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+    },
+    /// The first line lacks columns.
+    #[error("{file}: the columns {} are missing from its first line", missing.join(", "))]
+    MissingColumns {
+        /// The file, or the name it was given.
+        file: String,
+        /// Which.
+        missing: Vec<&'static str>,
+    },
+    /// The first line names a column twice.
+    #[error("{file}: there are several columns {column}")]
+    RepeatedColumn {
+        /// The file, or the name it was given.
+        file: String,
+        /// Which.
+        column: &'static str,
+    },
+    /// A cell is no number.
+    #[error("{file}:{line}: {column} is \"{text}\", but must be a finite number")]
+    NotANumber {
+        /// The file, or the name it was given.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// The cell's column.
+        column: &'static str,
+        /// What the cell says.
+        text: String,
+    },
+    /// All components of a direction are zero.
+    #[error("{file}:{line}: {direction} is the zero vector, which has no direction")]
+    NoDirection {
+        /// The file, or the name it was given.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// `wi` or `wr`.
+        direction: &'static str,
+    },
+}
+
+/// A CSV file of pairs, with the columns that it has besides.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairsFile {
+    header: Cells,
+    rows: Cells,
+    directions: Vec<[[f64; 3]; 2]>,
+    not_unit: usize,
+}
+
+impl PairsFile {
+    /// Reads a file; `file` names it in errors.
+    ///
+    /// # Errors
+    /// What is wrong, with the column and the line. The first mistake ends the reading.
+    pub fn read(input: impl Read, file: &str) -> Result<Self, PairsFileError> {
+        Reader::new(input, file).read()
+    }
+
+    /// The cells of the first line.
+    pub fn header(&self) -> impl ExactSizeIterator<Item = &str> {
+        self.header.range(0, self.header.count())
+    }
+
+    /// The cells of a row, as many as there are in the header.
+    ///
+    /// # Panics
+    /// When there are not so many rows.
+    pub fn cells(&self, row: usize) -> impl ExactSizeIterator<Item = &str> {
+        let columns = self.header.count();
+        self.rows.range(row * columns, (row + 1) * columns)
+    }
+
+    /// wi and wr of every row, of unit length.
+    pub fn directions(&self) -> &[[[f64; 3]; 2]] {
+        &self.directions
+    }
+
+    /// How many directions were not of unit length and have been made so.
+    pub fn not_unit(&self) -> usize {
+        self.not_unit
+    }
+}
+
+/// Text in cells, as one string: a string of its own for each would take many times what the file has.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Cells {
+    text: String,
+    /// Where each ends. All the text is part of a file, far below 4 GiB.
+    ends: Vec<u32>,
+}
+
+impl Cells {
+    fn extend(&mut self, record: &StringRecord) {
+        for cell in record {
+            self.text.push_str(cell);
+            self.ends.push(self.text.len() as u32);
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.ends.len()
+    }
+
+    fn range(&self, from: usize, to: usize) -> impl ExactSizeIterator<Item = &str> {
+        let mut start = from.checked_sub(1).map_or(0, |before| self.ends[before]);
+        self.ends[from..to].iter().map(move |end| {
+            let cell = &self.text[start as usize..*end as usize];
+            start = *end;
+            cell
+        })
+    }
+}
+
+struct Reader<'a, R> {
+    file: &'a str,
+    csv: csv::Reader<Limited<R>>,
+}
+
+impl<'a, R: Read> Reader<'a, R> {
+    fn new(input: R, file: &'a str) -> Self {
+        let limited = Limited {
+            input,
+            // One more than allowed, so that none left means too many.
+            file_left: MAX_CSV_BYTES + 1,
+            line_left: MAX_CSV_LINE_BYTES + 1,
+        };
+        Self {
+            file,
+            csv: ReaderBuilder::new().has_headers(false).from_reader(limited),
+        }
+    }
+
+    fn read(mut self) -> Result<PairsFile, PairsFileError> {
+        let mut record = StringRecord::new();
+        self.next(&mut record)?;
+        let places = self.places(&record)?;
+        let mut read = PairsFile {
+            header: Cells::default(),
+            rows: Cells::default(),
+            directions: Vec::new(),
+            not_unit: 0,
+        };
+        read.header.extend(&record);
+        while self.next(&mut record)? {
+            let line = record.position().map_or(0, csv::Position::line);
+            let [a, b, c, d, e, f] = self.numbers(&record, places, line)?;
+            let mut unit = |name, w| {
+                let (direction, is_unit) = self.unit(name, w, line)?;
+                read.not_unit += usize::from(!is_unit);
+                Ok(direction)
+            };
+            let pair = [unit("wi", [a, b, c])?, unit("wr", [d, e, f])?];
+            read.directions.push(pair);
+            read.rows.extend(&record);
+        }
+        Ok(read)
+    }
+
+    /// Reads the next record, if there is one.
+    fn next(&mut self, record: &mut StringRecord) -> Result<bool, PairsFileError> {
+        let line = self.csv.position().line();
+        self.csv.get_mut().line_left = MAX_CSV_LINE_BYTES + 1;
+        let result = self.csv.read_record(record);
+        result.map_err(|error| {
+            let (file, limited) = (self.file.to_owned(), self.csv.get_ref());
+            if limited.file_left == 0 {
+                PairsFileError::TooLarge { file }
+            } else if limited.line_left == 0 {
+                PairsFileError::LineTooLong { file, line }
+            } else {
+                let source = error.into();
+                PairsFileError::Unreadable { file, source }
+            }
+        })
+    }
+
+    /// In which cells of a record the components are.
+    fn places(&self, header: &StringRecord) -> Result<[usize; 6], PairsFileError> {
+        let places_of = |name: &str| {
+            let cells = header.iter().enumerate();
+            let places = cells.filter(|(_, column)| column.trim() == name);
+            places.map(|(place, _)| place).collect::<Vec<usize>>()
+        };
+        let places = COLUMNS.map(places_of);
+        let columns = || COLUMNS.into_iter().zip(&places);
+        let file = || self.file.to_owned();
+        let missing: Vec<&'static str> = columns()
+            .filter(|(_, places)| places.is_empty())
+            .map(|(name, _)| name)
+            .collect();
+        if !missing.is_empty() {
+            let file = file();
+            return Err(PairsFileError::MissingColumns { file, missing });
+        }
+        if let Some((column, _)) = columns().find(|(_, places)| places.len() > 1) {
+            let file = file();
+            return Err(PairsFileError::RepeatedColumn { file, column });
+        }
+        Ok(places.map(|places| places[0]))
+    }
+
+    fn numbers(
+        &self,
+        record: &StringRecord,
+        places: [usize; 6],
+        line: u64,
+    ) -> Result<[f64; 6], PairsFileError> {
+        let mut numbers = [0.0; 6];
+        for ((number, place), column) in numbers.iter_mut().zip(places).zip(COLUMNS) {
+            let text = record.get(place).unwrap_or_default().trim();
+            *number = match text.parse::<f64>() {
+                Ok(number) if number.is_finite() => number,
+                _ => {
+                    return Err(PairsFileError::NotANumber {
+                        file: self.file.to_owned(),
+                        line,
+                        column,
+                        text: text.to_owned(),
+                    });
+                }
+            };
+        }
+        Ok(numbers)
+    }
+
+    /// A direction of unit length, and whether it had that before.
+    fn unit(
+        &self,
+        name: &'static str,
+        w: [f64; 3],
+        line: u64,
+    ) -> Result<([f64; 3], bool), PairsFileError> {
+        let direction = normalized(w).ok_or_else(|| PairsFileError::NoDirection {
+            file: self.file.to_owned(),
+            line,
+            direction: name,
+        })?;
+        let differences = (0..3).map(|k| (direction[k] - w[k]).abs());
+        Ok((direction, differences.fold(0.0, f64::max) <= UNIT_TOLERANCE))
+    }
+}
+
+/// Reads no more of a file, and of a line, than is allowed.
+struct Limited<R> {
+    input: R,
+    file_left: u64,
+    line_left: u64,
+}
+
+impl<R: Read> Read for Limited<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let left = self.file_left.min(self.line_left);
+        if left == 0 {
+            return Err(io::Error::other("too many bytes"));
+        }
+        let wanted = buffer
+            .len()
+            .min(usize::try_from(left).unwrap_or(usize::MAX));
+        let read = self.input.read(&mut buffer[..wanted])?;
+        self.file_left -= read as u64;
+        self.line_left -= read as u64;
+        Ok(read)
+    }
+}
