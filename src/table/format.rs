@@ -18,6 +18,15 @@ pub const MINOR: u16 = 0;
 /// The most memory that samples and metadata of one file may take, whatever its header says.
 pub const MAX_DECODED_BYTES: u64 = 256 << 20;
 
+/// The most bytes of metadata: twice a fabric's text, whose line breaks and quotes are escaped in it, and what else there
+/// is to say.
+const MAX_METADATA_BYTES: usize = 4 << 20;
+/// RFC 8878: a block of zstd that decodes to anything has a header of three bytes, and content …
+#[cfg(feature = "zstd")]
+const BLOCK_BYTES: usize = 4;
+/// … and it decodes to at most this.
+#[cfg(feature = "zstd")]
+const DECODED_BLOCK_BYTES: usize = 128 << 10;
 const MAGIC: [u8; 8] = *b"\x89SATEEN\n";
 /// Headers and chunks begin at multiples of this.
 const ALIGNMENT: usize = 64;
@@ -50,7 +59,8 @@ impl Table {
     ///
     /// # Errors
     /// [`Error`] says what is wrong. Whatever a header claims, no more memory than three times [`MAX_DECODED_BYTES`] is
-    /// asked for: compressed planes, bytes and samples.
+    /// asked for: decompressed planes, bytes and samples. A small file cannot ask for that much: zstd makes at most 32768
+    /// bytes of one.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let header = header_of(bytes)?;
         let mut reader = Reader {
@@ -92,6 +102,12 @@ impl Table {
         let metadata_chunk = grid_chunks
             .next()
             .ok_or(reader.invalid("number of chunks"))?;
+        if metadata_chunk.decoded_bytes > MAX_METADATA_BYTES {
+            return Err(Error::Invalid {
+                what: "length of the metadata",
+                offset: metadata_chunk.offset,
+            });
+        }
         let metadata = String::from_utf8(decode(bytes, metadata_chunk, None, "metadata")?)
             .map_err(|_| Error::Invalid {
                 what: "metadata is not UTF-8",
@@ -203,6 +219,8 @@ fn decode(
         return Err(Error::Checksum { part });
     }
     let decoded = match chunk.codec {
+        // Not copied before it is known to be of the size that the cap on memory counts on.
+        Codec::Stored if stored.len() != chunk.decoded_bytes => return Err(Error::Decompression),
         Codec::Stored => stored.to_owned(),
         Codec::Zstd => decompress(stored, chunk.decoded_bytes)?,
         Codec::ZstdPlanes => match word {
@@ -222,8 +240,15 @@ fn decode(
     }
 }
 
+/// Decompresses what claims to be of `decoded_bytes`, which are asked for at once: so a claim that the stored bytes
+/// cannot keep, or that is not what they say of themselves, is refused before.
 #[cfg(feature = "zstd")]
 fn decompress(stored: &[u8], decoded_bytes: usize) -> Result<Vec<u8>, Error> {
+    let most = (stored.len() / BLOCK_BYTES).saturating_mul(DECODED_BLOCK_BYTES);
+    let recorded = zstd::bulk::Decompressor::upper_bound(stored);
+    if decoded_bytes > most || recorded != Some(decoded_bytes) {
+        return Err(Error::Decompression);
+    }
     zstd::bulk::decompress(stored, decoded_bytes).map_err(|_| Error::Decompression)
 }
 
