@@ -12,7 +12,7 @@
 //! ∫ cos β cos(β+ψ_d) dβ    = T/2 (cos a + cos b)(cos(a+ψ_d) + cos(b+ψ_d)) + cos ψ_d (atan T − T/(1+T²))
 //! ```
 
-use alloc::vec::Vec;
+use alloc::{collections::BTreeMap, vec::Vec};
 use core::f64::consts::FRAC_PI_2;
 
 use super::psi::{Arc, Psi, Seen, half_tangent};
@@ -106,7 +106,8 @@ impl<R: Real> TangentCurve<R> {
             density += pair[0].1;
             overlap += pair[0].2;
             let (from, to) = (pair[0].0, pair[1].0);
-            if overlap == 0 || to == from {
+            // Of a dense segment that has ended, its rounding stays behind: where little else is, that may be below 0.
+            if overlap == 0 || to == from || density <= 0.0 {
                 continue;
             }
             match pieces.last_mut() {
@@ -130,21 +131,9 @@ impl<R: Real> TangentCurve<R> {
         tilts: impl Iterator<Item = (f64, f64)>,
         segments: impl Iterator<Item = (f64, f64, f64)>,
     ) -> Self {
-        let mut curve = Self {
-            tilts: Vec::new(),
-            segments: Vec::new(),
-            arcs: Vec::new(),
-        };
-        for (angle, weight) in tilts {
-            let tilt = Tilt::new(angle, weight);
-            let same = |other: &&mut Tilt<R>| other.angle == tilt.angle;
-            match curve.tilts.iter_mut().find(same) {
-                Some(other) => other.weight += tilt.weight,
-                None => curve.tilts.push(tilt),
-            }
-        }
+        let (mut kept, mut arcs) = (Vec::new(), Vec::new());
         for (from, to, weight) in segments {
-            curve.segments.push(Segment {
+            kept.push(Segment {
                 from: R::of(from),
                 to: R::of(to),
                 weight: R::of(weight),
@@ -154,11 +143,14 @@ impl<R: Real> TangentCurve<R> {
             let end = |k: f64| from + width * (k / parts);
             for k in 0..parts as u32 {
                 let k = f64::from(k);
-                let arc = Arc::new(end(k), end(k + 1.0), weight / width);
-                curve.arcs.push(arc);
+                arcs.push(Arc::new(end(k), end(k + 1.0), weight / width));
             }
         }
-        curve
+        Self {
+            tilts: distinct(tilts),
+            segments: kept,
+            arcs,
+        }
     }
 
     /// The single tilts, distinct.
@@ -279,4 +271,22 @@ fn angle_beyond_sine<L: Lanes>(t: L) -> L {
     let series = t * t2 * (L::of(2.0 / 3.0) - t2 * (L::of(4.0 / 5.0) - t2 * L::of(6.0 / 7.0)));
     let closed = t.atan2(L::one()) - t / (L::one() + t2);
     L::select(t.lt(L::of(0.1)), series, closed)
+}
+
+/// Tilts (angle, weight) of which those of equal angle are one. A file may have thousands, so they are looked up rather than
+/// searched for.
+fn distinct<R: Real>(tilts: impl Iterator<Item = (f64, f64)>) -> Vec<Tilt<R>> {
+    let mut distinct: Vec<Tilt<R>> = Vec::new();
+    let mut places = BTreeMap::new();
+    for (angle, weight) in tilts {
+        let tilt = Tilt::<R>::new(angle, weight);
+        // Adding 0 makes −0 the 0 that it equals.
+        let bits = (tilt.angle.to_double() + 0.0).to_bits();
+        let place = *places.entry(bits).or_insert(distinct.len());
+        match distinct.get_mut(place) {
+            Some(same) => same.weight += tilt.weight,
+            None => distinct.push(tilt),
+        }
+    }
+    distinct
 }

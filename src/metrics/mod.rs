@@ -12,14 +12,14 @@
 
 mod error;
 mod pairs;
-mod physics;
 mod pairs_file;
+mod physics;
 mod time;
 
 pub use error::{Bias, ErrorReport, PairErrors, Quantiles, Truth, measure};
 pub use pairs::{Pair, PairKind, Pairs, protocol_pairs};
-pub use physics::Physics;
 pub use pairs_file::{MAX_CSV_BYTES, MAX_CSV_LINE_BYTES, PairsFile, PairsFileError};
+pub use physics::Physics;
 pub use time::{median, nanoseconds_per_pair};
 
 use crate::model::Model;

@@ -80,7 +80,12 @@ impl Axis {
         for cell in 0..cells {
             let first = axis.first_of(cell);
             let start = usize::from(axis.knots[cell]);
-            axis.firsts[start..].fill(first as u32);
+            // The last cell goes on to the end.
+            let end = match cell + 1 {
+                next if next < cells => usize::from(axis.knots[next]),
+                _ => axis.firsts.len(),
+            };
+            axis.firsts[start..end].fill(first as u32);
             let [falling, rising] = axis.slopes(cell);
             axis.cells[first] = Cell {
                 start: start as f32 / unit as f32,
