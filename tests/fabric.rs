@@ -96,7 +96,7 @@ fn values_out_of_range_are_named_with_their_line() {
         (
             "[1, 0]",
             "[1]",
-            "mine.toml:12: tangent_lengths: 3 offsets need 2 lengths (1 to 4096), there are 1",
+            "mine.toml:12: tangent_lengths: 3 offsets need 2 lengths (1 to 2048), there are 1",
         ),
         (
             "0.1, 0.2",
@@ -174,4 +174,31 @@ fn misspelt_names_are_recognised() {
         Some("polka-dot-lining-pink")
     );
     assert_eq!(nearest_name("qqqq"), None);
+}
+
+#[test]
+fn as_many_segments_as_a_thread_may_have_are_parts_that_a_table_holds() {
+    let most = 2048;
+    let offsets = |count: usize| -> Vec<f64> {
+        let side = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+        (0..=count)
+            .map(|k| side(k) * (10.0 + 0.01 * k as f64))
+            .collect()
+    };
+    let text = |count: usize| {
+        let lengths = vec![1; count];
+        GOOD.replace("[-20, 20, 30]", &format!("{:?}", offsets(count)))
+            .replace("[1, 0]", &format!("{lengths:?}"))
+    };
+    let fabric = Fabric::from_toml(&text(most), "mine.toml", None).unwrap();
+    // Every segment lies across all others: their ends make twice as many parts.
+    let parts = fabric.threads[0].tangents::<f64>().segments().len();
+    assert!((most..=4096).contains(&parts), "{parts}");
+    assert!(error(&text(most + 1)).contains("(1 to 2048)"));
+}
+
+#[test]
+fn text_longer_than_any_fabric_is_refused_before_it_is_read() {
+    let text = format!("{GOOD}# {}", "x".repeat(sateen::fabric::MAX_TOML_BYTES));
+    assert!(error(&text).contains("more than any fabric has"));
 }

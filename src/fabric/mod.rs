@@ -8,7 +8,7 @@ mod parse;
 mod text;
 
 pub use library::{LIBRARY, LibraryEntry, nearest_name};
-pub use parse::FabricError;
+pub use parse::{FabricError, MAX_TOML_BYTES};
 
 use crate::brdf::{Optics, Reweighting, TangentCurve, ThreadFrame};
 use crate::math::Real;

@@ -65,8 +65,11 @@ fn one() -> f64 {
     1.0
 }
 
-/// More segments or threads than any cloth has; keeps hostile files cheap.
-const MAX_SEGMENTS: usize = 4096;
+/// The most bytes of a fabric's text.
+pub const MAX_TOML_BYTES: usize = 1 << 20;
+/// More segments or threads than any cloth has; keeps hostile files cheap. Where n segments overlap they become up to
+/// 2n − 1, of which a table holds 4096.
+const MAX_SEGMENTS: usize = 2048;
 const MAX_THREADS: usize = 64;
 const MAX_NAME_BYTES: usize = 64;
 const DEFAULT_CORRELATION_WIDTH_DEG: f64 = 20.0;
@@ -153,6 +156,13 @@ impl Source<'_> {
 
 pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fabric, FabricError> {
     let source = Source { file, text };
+    if text.len() > MAX_TOML_BYTES {
+        let message = format!(
+            "{} bytes are more than any fabric has ({MAX_TOML_BYTES})",
+            text.len()
+        );
+        return Err(source.error(0, None, message));
+    }
     let raw: FabricToml = toml::from_str(text).map_err(|error| source.syntax_error(&error))?;
 
     let sigma_u = match &raw.correlation_width_deg {

@@ -6,14 +6,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use sateen::bake::Provenance;
-use sateen::fabric::{Fabric, nearest_name};
+use sateen::fabric::{Fabric, MAX_TOML_BYTES, nearest_name};
 use sateen::table::{MAX_DECODED_BYTES, Table};
 
 use crate::output::{Output, Usage, say};
 
-/// No fabric takes more; keeps a mistyped path to a film from being read whole.
-const MAX_TOML_BYTES: u64 = 1 << 20;
-/// Nor does a table: its samples, and as much again for the case that they do not compress.
+/// No table takes more: its samples, and as much again for the case that they do not compress. Keeps a mistyped path to a
+/// film from being read whole.
 const MAX_TABLE_BYTES: u64 = 2 * MAX_DECODED_BYTES;
 
 /// What an argument names.
@@ -70,11 +69,11 @@ pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabri
             ),
         }
     }
-    parse_fabric(&read(argument, MAX_TOML_BYTES)?, argument, variant)
+    parse_fabric(&read(argument, MAX_TOML_BYTES as u64)?, argument, variant)
 }
 
 fn parse_fabric(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<Fabric> {
-    if bytes.len() as u64 > MAX_TOML_BYTES {
+    if bytes.len() > MAX_TOML_BYTES {
         bail!(
             "cannot read the fabric {argument}: {} bytes are more than any fabric has",
             bytes.len()
