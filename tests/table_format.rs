@@ -2,7 +2,11 @@
 
 mod common;
 
-use common::{fabric, tiny, tiny_table};
+use common::hostile::{
+    Chunk, chunk_range, empty, first_chunk_entry, full_header, grid_bytes, repair_chunk,
+    repair_header, small_hostile_files, stored, table_of_grid,
+};
+use common::{assert_refused_or_light, fabric, tiny, tiny_table};
 use sateen::bake::{Provenance, bake};
 use sateen::chart::Chart;
 use sateen::progress::Progress;
@@ -21,21 +25,8 @@ fn refused(bytes: &[u8]) -> Error {
 fn with_header(bytes: &[u8], change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     change(&mut bytes);
-    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    let crc = crc32fast::hash(&bytes[20..length]);
-    bytes[16..20].copy_from_slice(&crc.to_le_bytes());
+    repair_header(&mut bytes);
     bytes
-}
-
-/// Where the entry of the first chunk (the metadata) begins: entries end the header, before its padding.
-fn first_chunk_entry(bytes: &[u8]) -> usize {
-    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
-    // Its first field is its own offset: the header's length, the first aligned place.
-    let wanted = (length as u64).to_le_bytes();
-    (20..length - 8)
-        .rev()
-        .find(|at| bytes[*at..*at + 8] == wanted)
-        .unwrap()
 }
 
 #[test]
@@ -236,16 +227,116 @@ fn a_fabric_changed_behind_its_text_is_not_baked() {
 fn every_byte_of_the_header_may_be_anything_without_a_panic() {
     let length = u32::from_le_bytes(GOLDEN_2_0[12..16].try_into().unwrap()) as usize;
     for at in 20..length {
-        for value in [0u8, 1, 0x7f, 0x80, 0xff] {
-            if let Ok(table) =
-                Table::from_bytes(&with_header(GOLDEN_2_0, |bytes| bytes[at] = value))
-            {
-                let rho = table.eval_cos([0.6, 0.0, 0.8], [0.0, 0.6, 0.8]);
-                assert!(
-                    rho.iter().all(|rho| rho.is_finite() && *rho >= 0.0),
-                    "byte {at} = {value}: {rho:?}"
-                );
+        let flipped = (0..8).map(|bit| GOLDEN_2_0[at] ^ 1 << bit);
+        for value in [0u8, 1, 0x7f, 0x80, 0xff].into_iter().chain(flipped) {
+            let bytes = with_header(GOLDEN_2_0, |bytes| bytes[at] = value);
+            assert_refused_or_light(&format!("byte {at} = {value}"), &bytes);
+        }
+    }
+}
+
+#[test]
+fn every_bit_of_a_chunk_may_flip_behind_its_checksum_without_a_panic() {
+    for index in 0..2 {
+        for at in chunk_range(GOLDEN_2_0, index) {
+            for bit in 0..8 {
+                let mut bytes = GOLDEN_2_0.to_vec();
+                bytes[at] ^= 1 << bit;
+                repair_chunk(&mut bytes, index);
+                assert_refused_or_light(&format!("bit {bit} of byte {at}"), &bytes);
             }
         }
     }
+}
+
+#[test]
+fn every_sample_may_be_anything_without_a_panic() {
+    let knots = [2, 3, 2, 5];
+    let count = grid_bytes(knots) as usize;
+    for value in [0x80u8, 0x81, 0xff, 0x00, 0x01, 0x7f] {
+        let bytes = table_of_grid(knots, empty(), stored(vec![value; count]));
+        assert!(Table::from_bytes(&bytes).is_ok());
+        assert_refused_or_light(&format!("samples of {value}"), &bytes);
+    }
+}
+
+#[test]
+fn hostile_files_are_refused() {
+    for (name, bytes) in small_hostile_files() {
+        assert!(Table::from_bytes(&bytes).is_err(), "{name}");
+    }
+}
+
+#[test]
+fn a_header_as_full_as_may_be_is_read_in_time() {
+    // Searching all parts for each took seven times as long.
+    let table = Table::from_bytes(&full_header()).unwrap();
+    assert_eq!(table.threads().len(), 64);
+    assert_eq!(table.threads()[63].tangents().tilts().len(), 4096);
+}
+
+#[test]
+fn chunks_that_overlap_or_stand_in_each_others_place_are_refused() {
+    let knots = [3, 3, 2, 2];
+    let bytes = table_of_grid(
+        knots,
+        stored(b"a = 1\n".to_vec()),
+        stored(vec![1; grid_bytes(knots) as usize]),
+    );
+    assert!(Table::from_bytes(&bytes).is_ok());
+    let entry = first_chunk_entry(&bytes);
+    let offsets = [entry, entry + 32].map(|at| <[u8; 8]>::try_from(&bytes[at..at + 8]).unwrap());
+    let with_offsets = |first: [u8; 8], second: [u8; 8]| {
+        with_header(&bytes, |bytes| {
+            bytes[entry..entry + 8].copy_from_slice(&first);
+            bytes[entry + 32..entry + 40].copy_from_slice(&second);
+        })
+    };
+    let between = (u64::from_le_bytes(offsets[0]) + 1).to_le_bytes();
+    for (first, second) in [
+        (offsets[0], offsets[0]),
+        (offsets[1], offsets[1]),
+        (offsets[1], offsets[0]),
+        (offsets[0], between),
+        (0u64.to_le_bytes(), offsets[1]),
+    ] {
+        let error = refused(&with_offsets(first, second));
+        assert!(
+            matches!(
+                error,
+                Error::Invalid {
+                    what: "chunk offset",
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+    let swapped = with_header(&bytes, |bytes| {
+        let (first, second) = bytes[entry..entry + 64].split_at_mut(32);
+        first.swap_with_slice(second);
+    });
+    assert!(matches!(refused(&swapped), Error::Invalid { .. }));
+}
+
+#[test]
+fn chunks_with_each_others_contents_are_refused_or_evaluate() {
+    let knots = [3, 3, 2, 2];
+    let samples = stored(vec![1; grid_bytes(knots) as usize]);
+    let text = Chunk {
+        decoded_bytes: 6,
+        ..stored(b"a = 1\n".to_vec())
+    };
+    assert!(matches!(
+        refused(&table_of_grid(knots, samples.clone(), text)),
+        Error::Invalid {
+            what: "size of samples",
+            ..
+        }
+    ));
+    // Both of the same size: ones are text, too.
+    assert_refused_or_light(
+        "text as samples",
+        &table_of_grid(knots, samples.clone(), samples),
+    );
 }

@@ -1,6 +1,8 @@
 //! What several tests need.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub(crate) mod hostile;
+
 use sateen::bake::{Direct, Preset, Settings, bake};
 use sateen::fabric::Fabric;
 use sateen::progress::Progress;
@@ -20,6 +22,33 @@ pub(crate) fn tiny() -> Settings {
         direct: Direct::Never,
         ..Preset::Draft.settings()
     }
+}
+
+/// Panics unless `bytes` are no table, or one that evaluates to light for ordinary and hostile directions, by pairs and in
+/// batches.
+pub(crate) fn assert_refused_or_light(name: &str, bytes: &[u8]) {
+    let Ok(table) = Table::from_bytes(bytes) else {
+        return;
+    };
+    let is_light = |rho: &[f32]| rho.iter().all(|rho| rho.is_finite() && *rho >= 0.0);
+    let pairs = [
+        [[0.36, 0.48, 0.8], [-0.48, -0.6, 0.64]],
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]],
+        [[1.0, 0.0, 1e-7], [0.0, -1.0, 1e-20]],
+        [[-1.0, 0.0, 1e-45], [1.0, 0.0, 1e-45]],
+        [[f32::NAN; 3], [0.0, 0.6, 0.8]],
+    ];
+    for [wi, wr] in pairs {
+        let rho = table.eval_cos(wi, wr);
+        assert!(is_light(&rho), "{name}: {wi:?} {wr:?} {rho:?}");
+    }
+    let slice = |which: usize, k: usize| pairs.map(|pair| pair[which][k]);
+    let [x, y, z] = [0, 1, 2].map(|k| slice(0, k));
+    let [x2, y2, z2] = [0, 1, 2].map(|k| slice(1, k));
+    let mut rho = [[-1.0; 5]; 3];
+    let [r, g, b] = &mut rho;
+    table.eval_cos_batch([&x, &y, &z], [&x2, &y2, &z2], [r, g, b]);
+    assert!(is_light(rho.as_flattened()), "{name}: {rho:?}");
 }
 
 /// A table of a few kilobytes.

@@ -1,0 +1,300 @@
+//! Table files that nobody baked: right where a reader looks first, and wrong behind it.
+
+use sateen::table::MAX_DECODED_BYTES;
+
+/// A chunk as the header describes it.
+#[derive(Clone)]
+pub(crate) struct Chunk {
+    pub(crate) codec: u32,
+    pub(crate) decoded_bytes: u64,
+    pub(crate) stored: Vec<u8>,
+}
+
+/// Chunks that are not compressed, compressed, and compressed in planes.
+pub(crate) const STORED: u32 = 0;
+pub(crate) const ZSTD: u32 = 1;
+pub(crate) const PLANES: u32 = 2;
+
+const ALIGNMENT: usize = 64;
+const CHECKED_FROM: usize = 20;
+const ENTRY: usize = 32;
+
+/// A file of these threads and chunks, the first of which is the metadata. Checksums, offsets and lengths are right.
+pub(crate) fn file(threads: &[Vec<u8>], chunks: &[Chunk]) -> Vec<u8> {
+    let mut body = Vec::new();
+    body.extend((chunks.len() as u32).to_le_bytes());
+    body.extend([0; 4]);
+    body.extend(0.35f32.to_le_bytes());
+    body.extend((threads.len() as u32).to_le_bytes());
+    body.extend(threads.concat());
+    let header_length =
+        (CHECKED_FROM + body.len() + ENTRY * chunks.len()).next_multiple_of(ALIGNMENT);
+    let mut contents = Vec::new();
+    for chunk in chunks {
+        contents.resize(contents.len().next_multiple_of(ALIGNMENT), 0);
+        let offset = (header_length + contents.len()) as u64;
+        for size in [offset, chunk.stored.len() as u64, chunk.decoded_bytes] {
+            body.extend(size.to_le_bytes());
+        }
+        body.extend(crc32fast::hash(&chunk.stored).to_le_bytes());
+        body.extend(chunk.codec.to_le_bytes());
+        contents.extend(&chunk.stored);
+    }
+    body.resize(header_length - CHECKED_FROM, 0);
+    let mut bytes = b"\x89SATEEN\n\x02\0\0\0".to_vec();
+    bytes.extend((header_length as u32).to_le_bytes());
+    bytes.extend(crc32fast::hash(&body).to_le_bytes());
+    bytes.extend(body);
+    bytes.extend(contents);
+    bytes
+}
+
+/// Makes the header's checksum right again.
+pub(crate) fn repair_header(bytes: &mut [u8]) {
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let crc = crc32fast::hash(&bytes[CHECKED_FROM..length]);
+    bytes[16..20].copy_from_slice(&crc.to_le_bytes());
+}
+
+/// Where the entry of the first chunk (the metadata) begins: entries end the header, before its padding.
+pub(crate) fn first_chunk_entry(bytes: &[u8]) -> usize {
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    // Its first field is its own offset: the header's length, the first aligned place.
+    let wanted = (length as u64).to_le_bytes();
+    (CHECKED_FROM..length - 8)
+        .rev()
+        .find(|at| bytes[*at..*at + 8] == wanted)
+        .unwrap()
+}
+
+/// The stored bytes of a chunk, by its index.
+pub(crate) fn chunk_range(bytes: &[u8], index: usize) -> std::ops::Range<usize> {
+    let entry = first_chunk_entry(bytes) + ENTRY * index;
+    let size =
+        |at: usize| u64::from_le_bytes(bytes[entry + at..entry + at + 8].try_into().unwrap());
+    size(0) as usize..(size(0) + size(8)) as usize
+}
+
+/// Makes the checksums of a chunk and of the header right again.
+pub(crate) fn repair_chunk(bytes: &mut [u8], index: usize) {
+    let crc = crc32fast::hash(&bytes[chunk_range(bytes, index)]);
+    let entry = first_chunk_entry(bytes) + ENTRY * index;
+    bytes[entry + 24..entry + 28].copy_from_slice(&crc.to_le_bytes());
+    repair_header(bytes);
+}
+
+/// A thread of the whole surface: its tilts (angle, weight) and segments (from, to, weight), and how these are evaluated.
+pub(crate) fn thread(
+    coverage: f64,
+    tilts: &[[f64; 2]],
+    segments: &[[f64; 3]],
+    evaluation: &[u8],
+) -> Vec<u8> {
+    let mut bytes = 4u32.to_le_bytes().to_vec();
+    bytes.extend(b"warp");
+    let [direction, eta, k_d, gamma_s, gamma_v] = [0.0, 1.4, 0.1, 0.2, 0.4];
+    let albedo = [0.5; 3];
+    let numbers = [direction, coverage].into_iter().chain(albedo);
+    for x in numbers.chain([eta, k_d, gamma_s, gamma_v]) {
+        bytes.extend(x.to_le_bytes());
+    }
+    for (count, parts) in [
+        (tilts.len(), tilts.as_flattened()),
+        (segments.len(), segments.as_flattened()),
+    ] {
+        bytes.extend((count as u32).to_le_bytes());
+        bytes.extend(parts.iter().flat_map(|x| x.to_le_bytes()));
+    }
+    bytes.extend(evaluation);
+    bytes
+}
+
+/// No segments.
+pub(crate) fn nothing() -> Vec<u8> {
+    0u32.to_le_bytes().to_vec()
+}
+
+/// Direct evaluation with one node.
+pub(crate) fn one_node() -> Vec<u8> {
+    let mut bytes = [2u32, 1].map(u32::to_le_bytes).concat();
+    bytes.extend([0.0f64, 2.0].map(f64::to_le_bytes).concat());
+    bytes
+}
+
+/// A grid in the highlight chart, of 8-bit roots, with so many knots on its axes. None of them is a kink.
+pub(crate) fn grid(knots: [u16; 4]) -> Vec<u8> {
+    let mut bytes = 1u32.to_le_bytes().to_vec();
+    bytes.extend([1, 0, 4, 0]);
+    bytes.extend([1.0f32; 2].map(f32::to_le_bytes).concat());
+    for count in knots {
+        bytes.extend(count.to_le_bytes());
+        bytes.extend([14, 0]);
+        for k in 0..count {
+            bytes.extend((3 * k).to_le_bytes());
+        }
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+    }
+    bytes
+}
+
+/// Bytes of the samples of [`grid`].
+pub(crate) fn grid_bytes(knots: [u16; 4]) -> u64 {
+    2 * knots
+        .map(|count| u64::from(count) + 1)
+        .iter()
+        .product::<u64>()
+}
+
+/// One thread with a grid of so many knots, and its chunks.
+pub(crate) fn table_of_grid(knots: [u16; 4], metadata: Chunk, samples: Chunk) -> Vec<u8> {
+    let segments = [[-0.2, 0.3, 1.0]];
+    file(
+        &[thread(1.0, &[], &segments, &grid(knots))],
+        &[metadata, samples],
+    )
+}
+
+/// One thread of one tilt.
+pub(crate) fn table_of_tilt(metadata: Chunk) -> Vec<u8> {
+    file(&[thread(1.0, &[[0.1, 1.0]], &[], &nothing())], &[metadata])
+}
+
+/// No metadata.
+pub(crate) fn empty() -> Chunk {
+    stored(Vec::new())
+}
+
+pub(crate) fn stored(bytes: Vec<u8>) -> Chunk {
+    Chunk {
+        codec: STORED,
+        decoded_bytes: bytes.len() as u64,
+        stored: bytes,
+    }
+}
+
+/// A frame of zstd that repeats a byte: every block of 4 bytes decodes to 128 KiB. It may record its decoded size.
+pub(crate) fn bomb(blocks: usize, recorded: Option<u64>) -> Vec<u8> {
+    let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd];
+    match recorded {
+        // An 8-byte size, a window of 1 MiB.
+        Some(size) => {
+            frame.extend([0xc0, 0x50]);
+            frame.extend(size.to_le_bytes());
+        }
+        None => frame.extend([0x00, 0x50]),
+    }
+    const RUN: u32 = 1 << 1;
+    const SIZE: u32 = (128 << 10) << 3;
+    for block in 1..=blocks {
+        let last = u32::from(block == blocks);
+        frame.extend(&(SIZE | RUN | last).to_le_bytes()[..3]);
+        frame.push(0);
+    }
+    frame
+}
+
+/// Knots of a grid that takes exactly [`MAX_DECODED_BYTES`] …
+pub(crate) const LARGEST: [u16; 4] = [127, 127, 127, 63];
+/// … and of one that takes 2¹¹ of them.
+pub(crate) const SMALL: [u16; 4] = [3, 3, 7, 7];
+
+/// Small files that are to be refused before they have asked for much, by what is wrong with them.
+pub(crate) fn small_hostile_files() -> Vec<(String, Vec<u8>)> {
+    let mut files = bombs();
+    let absurd = [1024; 4];
+    let samples = |decoded_bytes: u64, stored: Vec<u8>| Chunk {
+        codec: PLANES,
+        decoded_bytes,
+        stored,
+    };
+    for knots in [absurd, [1024, 1024, 1024, 2], LARGEST, [1024, 1024, 7, 7]] {
+        for decoded_bytes in [grid_bytes(knots), 16, MAX_DECODED_BYTES] {
+            let chunk = samples(decoded_bytes, bomb(1, None));
+            files.push((
+                format!("{knots:?} knots that claim {decoded_bytes} bytes"),
+                table_of_grid(knots, empty(), chunk),
+            ));
+        }
+    }
+    let longer = Chunk {
+        decoded_bytes: 3,
+        ..stored(vec![b'#'; 1 << 20])
+    };
+    let shorter = Chunk {
+        decoded_bytes: MAX_DECODED_BYTES,
+        ..stored(vec![b'#'; 64])
+    };
+    for (name, chunk) in [
+        ("stored more than decoded", longer),
+        ("stored less than decoded", shorter),
+    ] {
+        files.push((format!("metadata: {name}"), table_of_tilt(chunk.clone())));
+        let table = table_of_grid(SMALL, empty(), chunk);
+        files.push((format!("samples: {name}"), table));
+    }
+    files
+}
+
+/// Frames of zstd that decode to gigabytes, behind headers that claim little and much; and frames that do not, behind claims
+/// that they do.
+fn bombs() -> Vec<(String, Vec<u8>)> {
+    const BLOCKS: usize = 1 << 15;
+    let gigabytes = (BLOCKS as u64) << 17;
+    let frames = [
+        ("4 GiB, unrecorded", bomb(BLOCKS, None)),
+        ("4 GiB, recorded", bomb(BLOCKS, Some(gigabytes))),
+        ("4 GiB, recorded as 2 KiB", bomb(BLOCKS, Some(2048))),
+        (
+            "4 GiB in two frames",
+            bomb(BLOCKS / 2, Some(gigabytes / 2)).repeat(2),
+        ),
+        (
+            "128 KiB, recorded as the most",
+            bomb(1, Some(MAX_DECODED_BYTES)),
+        ),
+        ("128 KiB, recorded as 4 GiB", bomb(1, Some(gigabytes))),
+        ("128 KiB, unrecorded", bomb(1, None)),
+    ];
+    let mut files = Vec::new();
+    for (name, frame) in frames {
+        for decoded_bytes in [0, 16, 4 << 20, MAX_DECODED_BYTES, gigabytes, u64::MAX] {
+            let chunk = Chunk {
+                codec: ZSTD,
+                decoded_bytes,
+                stored: frame.clone(),
+            };
+            files.push((
+                format!("metadata of {name}, {decoded_bytes} claimed"),
+                table_of_tilt(chunk),
+            ));
+        }
+        for knots in [SMALL, LARGEST] {
+            for codec in [ZSTD, PLANES] {
+                let chunk = Chunk {
+                    codec,
+                    decoded_bytes: grid_bytes(knots),
+                    stored: frame.clone(),
+                };
+                files.push((
+                    format!("samples of {name}, {knots:?} knots, codec {codec}"),
+                    table_of_grid(knots, empty(), chunk),
+                ));
+            }
+        }
+    }
+    files
+}
+
+/// As many threads as a table has, of as many parts as they have: ten megabytes of header.
+pub(crate) fn full_header() -> Vec<u8> {
+    const THREADS: usize = 64;
+    const PARTS: usize = 4096;
+    let weight = 0.5 / PARTS as f64;
+    let place = |k: usize| 3.0 * k as f64 / PARTS as f64 - 1.5;
+    let tilts: Vec<[f64; 2]> = (0..PARTS).map(|k| [place(k), weight]).collect();
+    let segments: Vec<[f64; 3]> = (0..PARTS)
+        .map(|k| [place(k), place(k) + 5e-4, weight])
+        .collect();
+    let thread = thread(1.0 / THREADS as f64, &tilts, &segments, &one_node());
+    file(&vec![thread; THREADS], &[empty()])
+}
