@@ -1,0 +1,181 @@
+//! Writes the seeds of every target into `fuzz/seeds/`: the library's fabrics, tables of every chart and encoding, files of
+//! pairs.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use sateen::bake::{Direct, Preset, Settings, bake};
+use sateen::chart::Chart;
+use sateen::fabric::Fabric;
+use sateen::progress::Progress;
+use sateen::table::{Encoding, Table};
+use sateen_fuzz::File;
+
+const HEADER: &str = "wi_x,wi_y,wi_z,wr_x,wr_y,wr_z";
+/// Rows of the golden files: the fuzzer's inputs are small.
+const GOLDEN_LINES: usize = 12;
+
+fn main() -> io::Result<()> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let repository = root.join("..");
+    let folder = |target: &str| -> io::Result<PathBuf> {
+        let path = root.join("seeds").join(target);
+        fs::create_dir_all(&path)?;
+        Ok(path)
+    };
+    let (table, repaired) = (folder("table")?, folder("table_repaired")?);
+    for (name, bytes) in tables(&repository)? {
+        fs::write(table.join(&name), &bytes)?;
+        fs::write(repaired.join(&name), &bytes)?;
+        if let Some(stored) = with_stored_chunks(&bytes) {
+            fs::write(table.join(format!("{name}-stored")), &stored)?;
+            fs::write(repaired.join(format!("{name}-stored")), &stored)?;
+        }
+    }
+    write_fabrics(&repository.join("tables/fabrics"), &folder("fabric")?)?;
+    write_pairs(&repository.join("tests/data"), &folder("pairs")?)?;
+    for (extension, targets) in [
+        ("sateen", &["table", "table_repaired"][..]),
+        ("toml", &["fabric"]),
+        ("csv", &["pairs"]),
+    ] {
+        for target in targets {
+            copy_corrupt(&repository, extension, &folder(target)?)?;
+        }
+    }
+    Ok(())
+}
+
+/// Copies what was once read wrongly.
+fn copy_corrupt(repository: &Path, extension: &str, to: &Path) -> io::Result<()> {
+    for path in files(&repository.join("tests/data/corrupt"))? {
+        if path.extension().is_some_and(|found| found == extension) {
+            fs::copy(&path, to.join(path.file_name().unwrap_or_default()))?;
+        }
+    }
+    Ok(())
+}
+
+/// Names and bytes of golden tables and of small ones baked for the purpose.
+fn tables(repository: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
+    let mut tables = Vec::new();
+    for path in files(&repository.join("tests/data/tables"))? {
+        if path
+            .extension()
+            .is_some_and(|extension| extension == "sateen")
+        {
+            let name = path
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
+            tables.push((name, fs::read(&path)?));
+        }
+    }
+    // Segments alone, and tilts with segments.
+    for fabric in ["denim", "silk-crepe-de-chine"] {
+        for encoding in Encoding::ALL {
+            for chart in Chart::ALL {
+                let settings = Settings {
+                    encoding,
+                    chart: Some(chart),
+                    ..small(Direct::Never)
+                };
+                tables.push((
+                    format!("{fabric}-{encoding:?}-{chart:?}"),
+                    baked(fabric, &settings),
+                ));
+            }
+        }
+        tables.push((
+            format!("{fabric}-direct"),
+            baked(fabric, &small(Direct::Always)),
+        ));
+    }
+    Ok(tables)
+}
+
+fn small(direct: Direct) -> Settings {
+    Settings {
+        max_bytes: 4 << 10,
+        error_pairs: 64,
+        tolerance: 1e-2,
+        direct,
+        ..Preset::Draft.settings()
+    }
+}
+
+fn baked(fabric: &str, settings: &Settings) -> Vec<u8> {
+    let fabric = Fabric::from_library(fabric).expect("it is in the library");
+    let table = bake(&fabric, settings, Progress::silent()).expect("nobody stops it");
+    table.to_bytes().expect("there is memory")
+}
+
+/// The same table with chunks that are not compressed, so that a mutation changes single samples.
+fn with_stored_chunks(bytes: &[u8]) -> Option<Vec<u8>> {
+    Table::from_bytes(bytes).ok()?;
+    let mut file = File::of(bytes)?;
+    let entries = file.entries?;
+    for (index, chunk) in file.chunks.iter_mut().enumerate() {
+        let entry = entries + 32 * index;
+        let decoded = u64::from_le_bytes(file.header[entry + 16..entry + 24].try_into().ok()?);
+        *chunk = zstd::bulk::decompress(chunk, decoded as usize).ok()?;
+        // Planes are stored as if they were samples: these are as good as any.
+        file.header[entry + 28..entry + 32].fill(0);
+    }
+    Some(file.bytes())
+}
+
+fn write_fabrics(from: &Path, to: &Path) -> io::Result<()> {
+    for path in files(from)? {
+        fs::copy(&path, to.join(path.file_name().unwrap_or_default()))?;
+    }
+    Ok(())
+}
+
+fn write_pairs(from: &Path, to: &Path) -> io::Result<()> {
+    for path in files(from)? {
+        if path.extension().is_some_and(|extension| extension == "csv") {
+            let text = fs::read_to_string(&path)?;
+            let lines: Vec<&str> = text.lines().take(GOLDEN_LINES).collect();
+            fs::write(
+                to.join(path.file_name().unwrap_or_default()),
+                lines.join("\n"),
+            )?;
+        }
+    }
+    for (name, rows) in [
+        ("plain", "0,0,1,0,0.6,0.8\n0.6,0,0.8,-0.6,0,0.8\n"),
+        (
+            "not-unit",
+            "0,0,3,0,6,8\n1e300,1e300,1e-300,1e-320,0,1e-320\n",
+        ),
+        ("quoted", "\"0\",\"0\",\"1\",\"0\",\"0\n\",\"1\"\r\n"),
+        ("short-row", "0,0,1\n"),
+        ("zero-vector", "0,0,1,0,0,0\n"),
+        ("not-a-number", "0,0,NaN,0,0,inf\n"),
+    ] {
+        fs::write(to.join(name), format!("{HEADER}\n{rows}"))?;
+    }
+    fs::write(
+        to.join("named"),
+        format!("\u{feff}name,{HEADER},\"a \"\"note\"\"\"\na,0,0,1,0,0.6,0.8,\n"),
+    )
+}
+
+/// The files of a folder in order of their names; none if there is no such folder.
+fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    if !folder.exists() {
+        return Ok(Vec::new());
+    }
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_file() {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
