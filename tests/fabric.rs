@@ -180,7 +180,7 @@ fn misspelt_names_are_recognised() {
 fn as_many_segments_as_a_thread_may_have_are_parts_that_a_table_holds() {
     let most = 2048;
     let offsets = |count: usize| -> Vec<f64> {
-        let side = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+        let side = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
         (0..=count)
             .map(|k| side(k) * (10.0 + 0.01 * k as f64))
             .collect()
