@@ -24,7 +24,7 @@ else
 fi
 
 # gcc 12 takes a constant array of zstd's for one that is used out of its scope.
-export CFLAGS="${CFLAGS:-} -fno-sanitize-address-use-after-scope"
+export CFLAGS="${CFLAGS:+$CFLAGS }-fno-sanitize-address-use-after-scope"
 fuzz() {
     local command=$1
     shift

@@ -3,7 +3,7 @@
 use sateen::table::MAX_DECODED_BYTES;
 
 /// A chunk as the header describes it.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub(crate) struct Chunk {
     pub(crate) codec: u32,
     pub(crate) decoded_bytes: u64,
@@ -21,10 +21,20 @@ const ENTRY: usize = 32;
 
 /// A file of these threads and chunks, the first of which is the metadata. Checksums, offsets and lengths are right.
 pub(crate) fn file(threads: &[Vec<u8>], chunks: &[Chunk]) -> Vec<u8> {
+    file_with(0, 0.35, threads, chunks)
+}
+
+/// The same with another projection in Q and another width of u.
+pub(crate) fn file_with(
+    reweighting: u8,
+    sigma_u: f32,
+    threads: &[Vec<u8>],
+    chunks: &[Chunk],
+) -> Vec<u8> {
     let mut body = Vec::new();
     body.extend((chunks.len() as u32).to_le_bytes());
-    body.extend([0; 4]);
-    body.extend(0.35f32.to_le_bytes());
+    body.extend([reweighting, 0, 0, 0]);
+    body.extend(sigma_u.to_le_bytes());
     body.extend((threads.len() as u32).to_le_bytes());
     body.extend(threads.concat());
     let header_length =
@@ -83,21 +93,29 @@ pub(crate) fn repair_chunk(bytes: &mut [u8], index: usize) {
     repair_header(bytes);
 }
 
-/// A thread of the whole surface: its tilts (angle, weight) and segments (from, to, weight), and how these are evaluated.
+/// A thread with its tilts (angle, weight) and segments (from, to, weight), and how these are evaluated.
 pub(crate) fn thread(
     coverage: f64,
     tilts: &[[f64; 2]],
     segments: &[[f64; 3]],
     evaluation: &[u8],
 ) -> Vec<u8> {
+    let [direction, albedo, eta, k_d, gamma_s, gamma_v] = [0.0, 0.5, 1.4, 0.1, 0.2, 0.4];
+    let optics = [eta, k_d, gamma_s, gamma_v];
+    let numbers = [&[direction, coverage], &[albedo; 3][..], &optics].concat();
+    thread_with(&numbers, tilts, segments, evaluation)
+}
+
+/// The same with other numbers before the tilts: direction, coverage, three of albedo, η, k_d, γ_s, γ_v.
+pub(crate) fn thread_with(
+    numbers: &[f64],
+    tilts: &[[f64; 2]],
+    segments: &[[f64; 3]],
+    evaluation: &[u8],
+) -> Vec<u8> {
     let mut bytes = 4u32.to_le_bytes().to_vec();
     bytes.extend(b"warp");
-    let [direction, eta, k_d, gamma_s, gamma_v] = [0.0, 1.4, 0.1, 0.2, 0.4];
-    let albedo = [0.5; 3];
-    let numbers = [direction, coverage].into_iter().chain(albedo);
-    for x in numbers.chain([eta, k_d, gamma_s, gamma_v]) {
-        bytes.extend(x.to_le_bytes());
-    }
+    bytes.extend(numbers.iter().flat_map(|x| x.to_le_bytes()));
     for (count, parts) in [
         (tilts.len(), tilts.as_flattened()),
         (segments.len(), segments.as_flattened()),
@@ -116,22 +134,35 @@ pub(crate) fn nothing() -> Vec<u8> {
 
 /// Direct evaluation with one node.
 pub(crate) fn one_node() -> Vec<u8> {
-    let mut bytes = [2u32, 1].map(u32::to_le_bytes).concat();
-    bytes.extend([0.0f64, 2.0].map(f64::to_le_bytes).concat());
+    nodes(&[[0.0, 2.0]])
+}
+
+/// Direct evaluation with these nodes and weights.
+pub(crate) fn nodes(nodes: &[[f64; 2]]) -> Vec<u8> {
+    let mut bytes = [2, nodes.len() as u32].map(u32::to_le_bytes).concat();
+    bytes.extend(nodes.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
     bytes
 }
 
 /// A grid in the highlight chart, of 8-bit roots, with so many knots on its axes. None of them is a kink.
 pub(crate) fn grid(knots: [u16; 4]) -> Vec<u8> {
+    grid_with(
+        [1, 0, 4],
+        [1.0; 2],
+        knots.map(|count| (0..count).map(|k| 3 * k).collect()),
+    )
+}
+
+/// A grid of chart, fold and encoding, scales, and knots in units of 2⁻¹⁴.
+pub(crate) fn grid_with(kind: [u8; 3], scale: [f32; 2], knots: [Vec<u16>; 4]) -> Vec<u8> {
     let mut bytes = 1u32.to_le_bytes().to_vec();
-    bytes.extend([1, 0, 4, 0]);
-    bytes.extend([1.0f32; 2].map(f32::to_le_bytes).concat());
-    for count in knots {
-        bytes.extend(count.to_le_bytes());
+    bytes.extend(kind);
+    bytes.push(0);
+    bytes.extend(scale.map(f32::to_le_bytes).concat());
+    for knots in knots {
+        bytes.extend((knots.len() as u16).to_le_bytes());
         bytes.extend([14, 0]);
-        for k in 0..count {
-            bytes.extend((3 * k).to_le_bytes());
-        }
+        bytes.extend(knots.iter().flat_map(|knot| knot.to_le_bytes()));
         bytes.resize(bytes.len().next_multiple_of(4), 0);
     }
     bytes

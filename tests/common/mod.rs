@@ -24,13 +24,11 @@ pub(crate) fn tiny() -> Settings {
     }
 }
 
-/// Panics unless `bytes` are no table, or one that evaluates to light for ordinary and hostile directions, by pairs and in
-/// batches.
+/// Panics unless `bytes` are no table, or one that evaluates to light for ordinary and hostile directions.
 pub(crate) fn assert_refused_or_light(name: &str, bytes: &[u8]) {
     let Ok(table) = Table::from_bytes(bytes) else {
         return;
     };
-    let is_light = |rho: &[f32]| rho.iter().all(|rho| rho.is_finite() && *rho >= 0.0);
     let pairs = [
         [[0.36, 0.48, 0.8], [-0.48, -0.6, 0.64]],
         [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]],
@@ -38,17 +36,25 @@ pub(crate) fn assert_refused_or_light(name: &str, bytes: &[u8]) {
         [[-1.0, 0.0, 1e-45], [1.0, 0.0, 1e-45]],
         [[f32::NAN; 3], [0.0, 0.6, 0.8]],
     ];
+    assert_light(name, &table, &pairs);
+}
+
+/// Panics unless the table's light is finite and not negative at these pairs, one by one and in a batch.
+pub(crate) fn assert_light(name: &str, table: &Table, pairs: &[[[f32; 3]; 2]]) {
+    let is_light = |rho: &[f32]| rho.iter().all(|rho| rho.is_finite() && *rho >= 0.0);
     for [wi, wr] in pairs {
-        let rho = table.eval_cos(wi, wr);
-        assert!(is_light(&rho), "{name}: {wi:?} {wr:?} {rho:?}");
+        for rho in [table.eval_cos(*wi, *wr), table.eval(*wi, *wr)] {
+            assert!(is_light(&rho), "{name}: {wi:?} {wr:?} {rho:?}");
+        }
     }
-    let slice = |which: usize, k: usize| pairs.map(|pair| pair[which][k]);
+    let slice =
+        |which: usize, k: usize| -> Vec<f32> { pairs.iter().map(|pair| pair[which][k]).collect() };
     let [x, y, z] = [0, 1, 2].map(|k| slice(0, k));
     let [x2, y2, z2] = [0, 1, 2].map(|k| slice(1, k));
-    let mut rho = [[-1.0; 5]; 3];
-    let [r, g, b] = &mut rho;
-    table.eval_cos_batch([&x, &y, &z], [&x2, &y2, &z2], [r, g, b]);
-    assert!(is_light(rho.as_flattened()), "{name}: {rho:?}");
+    let [mut r, mut g, mut b] = [0; 3].map(|_| vec![-1.0; pairs.len()]);
+    table.eval_cos_batch([&x, &y, &z], [&x2, &y2, &z2], [&mut r, &mut g, &mut b]);
+    let rho = [r, g, b].concat();
+    assert!(is_light(&rho), "{name}: {rho:?}");
 }
 
 /// A table of a few kilobytes.
