@@ -67,7 +67,19 @@ impl Steps<'_> {
     /// # Errors
     /// When the caller wants no more.
     pub fn advance(&self) -> Result<(), Cancelled> {
-        let share = (self.done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / self.count;
+        self.report(self.done.fetch_add(1, Ordering::Relaxed) + 1)
+    }
+
+    /// Within a step that may take long.
+    ///
+    /// # Errors
+    /// When the caller wants no more.
+    pub fn check(&self) -> Result<(), Cancelled> {
+        self.report(self.done.load(Ordering::Relaxed))
+    }
+
+    fn report(&self, done: u64) -> Result<(), Cancelled> {
+        let share = done as f64 / self.count;
         let Progress { report, from, to } = self.progress;
         match report(from + (to - from) * share) {
             ControlFlow::Continue(()) => Ok(()),

@@ -85,7 +85,7 @@ pub(super) fn choose(
             thread,
             settings,
             max_coefficients,
-            progress,
+            progress.part(0.0, 0.9),
         )?),
     };
     let grid_error = grid.as_ref().map(|(_, plan)| plan.error);
@@ -95,7 +95,8 @@ pub(super) fn choose(
         (Direct::Worthwhile, Some(grid_error)) => grid_error,
         _ => settings.max_error,
     };
-    let (nodes, tilts, direct_error) = direct_nodes(fabric, thread, wanted);
+    let (nodes, tilts, direct_error) =
+        direct_nodes(fabric, thread, wanted, progress.part(0.9, 1.0))?;
     let segments = thread.tangents::<f64>().segments().len();
     let direct_cost = (segments * (tilts + SEGMENT_COST)) as f64 / GRID_COST as f64;
     let costs_no_more = direct_cost <= 1.0 && direct_error <= wanted;
@@ -155,7 +156,13 @@ fn plan_grid(
 
 /// The least nodes per segment whose mean relative error is at most `wanted`, or the most; how many tilts that takes; and that
 /// error: of S + A V of the segments, relative to itself plus a hundredth of its mean, A being the largest channel of the albedo.
-fn direct_nodes(fabric: &Fabric, thread: &Thread, wanted: f64) -> (Vec<[f64; 2]>, usize, f64) {
+fn direct_nodes(
+    fabric: &Fabric,
+    thread: &Thread,
+    wanted: f64,
+    progress: Progress<'_>,
+) -> Result<(Vec<[f64; 2]>, usize, f64), Cancelled> {
+    let steps = progress.steps(PAIRS);
     let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
     let frame = thread.frame::<f64>();
     let integrand = Integrand::new(fabric, thread, Chart::Thesis, 1e-6);
@@ -164,12 +171,11 @@ fn direct_nodes(fabric: &Fabric, thread: &Thread, wanted: f64) -> (Vec<[f64; 2]>
         .map(|pair| {
             let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
             let response = integrand.at_pair(wi, wr);
-            (
-                ThreadPair::new(wi, wr, fabric.sigma_u),
-                response.surface + brightest * response.volume,
-            )
+            let value = response.surface + brightest * response.volume;
+            steps.advance()?;
+            Ok((ThreadPair::new(wi, wr, fabric.sigma_u), value))
         })
-        .collect();
+        .collect::<Result<_, _>>()?;
     let floor = 0.01 * truth.iter().map(|(_, value)| value).sum::<f64>() / truth.len() as f64;
     let curve = thread.tangents::<f64>();
     let mut count = 1;
@@ -177,17 +183,19 @@ fn direct_nodes(fabric: &Fabric, thread: &Thread, wanted: f64) -> (Vec<[f64; 2]>
         let rule = gauss_legendre(count);
         let nodes = PlacedNodes::<f64>::new(&curve, &thread.optics, &rule);
         let error_of = |(pair, value): &(ThreadPair<f64>, f64)| {
+            steps.check()?;
             let response = nodes.mean_response(pair, &thread.optics);
             let error = (response.surface + brightest * response.volume - value).abs();
-            if error > 0.0 {
+            Ok(if error > 0.0 {
                 error / (value + floor)
             } else {
                 0.0
-            }
+            })
         };
-        let error = truth.iter().map(error_of).sum::<f64>() / truth.len() as f64;
+        let sum: f64 = truth.iter().map(error_of).sum::<Result<_, Cancelled>>()?;
+        let error = sum / truth.len() as f64;
         if error <= wanted || count == MAX_NODES {
-            return (rule, nodes.tilts(), error);
+            return Ok((rule, nodes.tilts(), error));
         }
         count += 1;
     }

@@ -30,6 +30,7 @@ pub(super) fn fill_grid(
             sites[3][row / n1 / n2],
         ];
         for (u0, value) in sites[0].iter().zip(values.chunks_exact_mut(CHANNELS)) {
+            steps.check()?;
             let response = integrand.at_point([*u0, rest[0], rest[1], rest[2]]);
             value.copy_from_slice(
                 &[response.surface, response.volume].map(|value| encoding.encode(value)),

@@ -19,7 +19,7 @@ use crate::chart::Chart;
 use crate::fabric::{Fabric, Thread};
 use crate::math::simd::Single;
 use crate::metrics::protocol_pairs;
-use crate::progress::{Cancelled, Progress};
+use crate::progress::{Cancelled, Progress, Steps};
 use crate::table::{Axis, Encoding, MAX_DEPTH};
 
 const LINES: usize = 48;
@@ -51,20 +51,21 @@ pub(super) fn plan_axes(
     let frame = thread.frame::<f64>();
     let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
     let pairs = protocol_pairs(fabric, 4 * LINES, SEED);
+    let steps = progress.steps(4 * LINES);
     let places: Vec<([f64; 4], f64)> = pairs
         .par_iter()
         .map(|pair| {
+            steps.check()?;
             let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
             let response = integrand.at_pair(wi, wr);
-            (
+            Ok((
                 integrand.coordinates(wi, wr),
                 response.surface + brightest * response.volume,
-            )
+            ))
         })
-        .collect();
+        .collect::<Result<_, _>>()?;
     let mean = places.iter().map(|(_, value)| value).sum::<f64>() / places.len() as f64;
 
-    let steps = progress.steps(4 * LINES);
     let mut ladders = Vec::with_capacity(4);
     for k in 0..4 {
         let scale = Scale::new(k, thread, integrand.is_folded());
@@ -77,7 +78,8 @@ pub(super) fn plan_axes(
                 settings.encoding,
                 brightest,
                 0.01 * mean,
-            );
+                &steps,
+            )?;
             steps.advance().map(|()| sample)
         };
         let places = &places[k * LINES..(k + 1) * LINES];
@@ -85,7 +87,7 @@ pub(super) fn plan_axes(
             .par_iter()
             .map(|(u, _)| sample(u))
             .collect::<Result<_, _>>()?;
-        ladders.push(Ladder::climb(scale, &lines));
+        ladders.push(Ladder::climb(scale, &lines, &steps)?);
     }
     let inserted = share_out(&ladders, max_coefficients, settings.target_error);
     Ok(Plan {
@@ -196,8 +198,10 @@ impl Line {
         encoding: Encoding,
         albedo: f64,
         floor: f64,
-    ) -> Self {
+        steps: &Steps<'_>,
+    ) -> Result<Self, Cancelled> {
         let at = |place: usize| {
+            steps.check()?;
             u[k] = scale.at(place);
             let response = integrand.at_point(u);
             let values = [response.surface, response.volume];
@@ -208,10 +212,11 @@ impl Line {
                 slope(quantity[0]) / total,
                 albedo * slope(quantity[1]) / total,
             ];
-            (quantity, weights)
+            Ok((quantity, weights))
         };
-        let (quantity, weights) = scale.places().map(at).unzip();
-        Self { quantity, weights }
+        let samples: Vec<_> = scale.places().map(at).collect::<Result<_, Cancelled>>()?;
+        let (quantity, weights) = samples.into_iter().unzip();
+        Ok(Self { quantity, weights })
     }
 }
 
@@ -226,12 +231,13 @@ struct Ladder {
 }
 
 impl Ladder {
-    fn climb(scale: Scale, lines: &[Line]) -> Self {
+    fn climb(scale: Scale, lines: &[Line], steps: &Steps<'_>) -> Result<Self, Cancelled> {
         let first = scale.first_knots();
         let mut knots = first.clone();
         let (mut inserted, mut errors) = (Vec::new(), Vec::new());
         let samples = (lines.len() * scale.places().len()) as f64;
         loop {
+            steps.check()?;
             let cells = cell_errors(&scale, &knots, lines);
             errors.push(cells.iter().sum::<f64>() / samples);
             // The middles of halves have to be samples, too.
@@ -244,12 +250,12 @@ impl Ladder {
                     inserted.push(middle);
                 }
                 _ => {
-                    return Self {
+                    return Ok(Self {
                         scale,
                         first,
                         inserted,
                         errors,
-                    };
+                    });
                 }
             }
         }

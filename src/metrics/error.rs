@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::pairs::{Pair, PairKind, protocol_pairs};
+use super::pairs::{Pair, PairKind, endless_pairs};
 use crate::fabric::Fabric;
 use crate::model::{Model, Rule, Sadeghi};
-use crate::progress::{Cancelled, Progress};
+use crate::progress::{Cancelled, Progress, Steps};
 
 /// Relative error over a set of pairs; all zero for no pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -87,7 +87,10 @@ impl Truth {
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
         let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
-        let pairs = protocol_pairs(fabric, count, seed);
+        let steps = progress.steps(count);
+        let wanted = |pair| steps.check().map(|()| pair);
+        let pairs = endless_pairs(fabric, seed).take(count).map(wanted);
+        let pairs: Vec<Pair> = pairs.collect::<Result<_, _>>()?;
         let values = eval_pairs(&reference, &pairs, progress)?;
         let mut floor = [0.0; 3];
         let mut renders = 0.0;
@@ -167,13 +170,16 @@ pub fn measure(
     progress: Progress<'_>,
 ) -> Result<ErrorReport, Cancelled> {
     let truth = Truth::new(fabric, count, seed, progress.part(0.0, 0.9))?;
-    let values = eval_pairs(approximation, truth.pairs(), progress.part(0.9, 1.0))?;
+    let values = eval_pairs(approximation, truth.pairs(), progress.part(0.9, 0.95))?;
     let PairErrors {
         all,
         grazing,
         rmse_over_mean,
     } = truth.errors_of(&values);
     let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
+    let steps = progress
+        .part(0.95, 1.0)
+        .steps(VIEW_ANGLES_DEG.len() * STRATA.0 * STRATA.1);
     Ok(ErrorReport {
         seed,
         all,
@@ -181,8 +187,8 @@ pub fn measure(
         rmse_over_mean,
         bias: VIEW_ANGLES_DEG
             .iter()
-            .map(|angle| bias(&reference, approximation, *angle))
-            .collect(),
+            .map(|angle| bias(&reference, approximation, *angle, &steps))
+            .collect::<Result<_, _>>()?,
     })
 }
 
@@ -244,13 +250,21 @@ pub(super) fn lights_and_solid_angle() -> (Vec<[f64; 3]>, f64) {
     ((0..rows * columns).map(light).collect(), solid_angle)
 }
 
-fn bias(reference: &Sadeghi<f64>, approximation: &dyn Model<f64>, view_deg: f64) -> Bias {
+fn bias(
+    reference: &Sadeghi<f64>,
+    approximation: &dyn Model<f64>,
+    view_deg: f64,
+    steps: &Steps<'_>,
+) -> Result<Bias, Cancelled> {
     let wr = viewer(view_deg);
     let (lights, solid_angle) = lights_and_solid_angle();
     let lights: Vec<([f64; 3], [f64; 3])> = lights
         .into_par_iter()
-        .map(|wi| (reference.eval_cos(wi, wr), approximation.eval_cos(wi, wr)))
-        .collect();
+        .map(|wi| {
+            steps.advance()?;
+            Ok((reference.eval_cos(wi, wr), approximation.eval_cos(wi, wr)))
+        })
+        .collect::<Result<_, _>>()?;
     let mut result = Bias {
         view_deg,
         reflectance: 0.0,
@@ -275,5 +289,5 @@ fn bias(reference: &Sadeghi<f64>, approximation: &dyn Model<f64>, view_deg: f64)
             result.bias = bias;
         }
     }
-    result
+    Ok(result)
 }

@@ -68,9 +68,14 @@ impl Pairs {
 
 /// `count` pairs for `fabric`, alternately render and highlight, the same for the same seed.
 pub fn protocol_pairs(fabric: &Fabric, count: usize, seed: u64) -> Vec<Pair> {
+    endless_pairs(fabric, seed).take(count).collect()
+}
+
+/// The pairs of [`protocol_pairs`], one by one.
+pub(super) fn endless_pairs(fabric: &Fabric, seed: u64) -> impl Iterator<Item = Pair> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let threads: Vec<&Thread> = fabric.visible_threads().collect();
-    let pair = |index: usize| {
+    let pair = move |index: usize| {
         let wi = cosine_weighted(&mut rng);
         if index % 2 == 1 && !threads.is_empty() {
             let thread = threads[rng.random_range(0..threads.len())];
@@ -89,7 +94,7 @@ pub fn protocol_pairs(fabric: &Fabric, count: usize, seed: u64) -> Vec<Pair> {
             kind: PairKind::Render,
         }
     };
-    (0..count).map(pair).collect()
+    (0..).map(pair)
 }
 
 fn cosine_weighted(rng: &mut ChaCha8Rng) -> DVec3 {
