@@ -1,7 +1,7 @@
 //! `sateen eval`
 
 use std::fs::File;
-use std::io;
+use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -10,11 +10,12 @@ use rayon::prelude::*;
 use sateen::brdf::{Components, ThreadResponse};
 use sateen::metrics::PairsFile;
 use sateen::model::{Rule, Sadeghi};
+use sateen::progress::{Cancelled, Progress};
 use sateen::table::Table;
 
 use crate::Outcome;
 use crate::args::{EvalArgs, Evaluator};
-use crate::output::{Output, Usage, print, say};
+use crate::output::{Bar, Output, Usage, go_on, print, say};
 use crate::subject::{Subject, provenance};
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
@@ -43,12 +44,22 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
         header.push_field(channel);
     }
     writer.write_record(&header)?;
+    let mut bar = Bar::new(1);
+    bar.begin(&args.subject);
+    let report = |share: f64| bar.report(share);
+    let progress = Progress::new(&report);
+    let evaluated = progress.part(0.0, 0.9).steps(input.directions().len());
     let values: Vec<Vec<f64>> = input
         .directions()
         .par_iter()
-        .map(|[wi, wr]| source.values(*wi, *wr, args.components))
-        .collect();
+        .map(|[wi, wr]| {
+            evaluated.advance()?;
+            Ok(source.values(*wi, *wr, args.components))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    let written = progress.part(0.9, 1.0).steps(values.len());
     for (row, values) in values.into_iter().enumerate() {
+        written.advance()?;
         let mut record: StringRecord = input.cells(row).collect();
         for value in values {
             // As short as it can be and still be read back exactly.
@@ -56,6 +67,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
         }
         writer.write_record(&record)?;
     }
+    drop(bar);
     let text = writer.into_inner().map_err(|error| error.into_error())?;
     match output {
         Some(output) => output.write(&text)?,
@@ -153,8 +165,21 @@ impl Source {
 fn read_pairs(path: &Path) -> Result<PairsFile> {
     let name = path.display().to_string();
     if path == Path::new("-") {
-        return Ok(PairsFile::read(io::stdin().lock(), &name)?);
+        return Ok(PairsFile::read(
+            UntilInterrupted(io::stdin().lock()),
+            &name,
+        )?);
     }
     let file = File::open(path).with_context(|| format!("cannot read the pairs {name}"))?;
-    Ok(PairsFile::read(file, &name)?)
+    Ok(PairsFile::read(UntilInterrupted(file), &name)?)
+}
+
+/// A long file that is read until the work is interrupted.
+struct UntilInterrupted<R>(R);
+
+impl<R: Read> Read for UntilInterrupted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        go_on().map_err(io::Error::other)?;
+        self.0.read(buffer)
+    }
 }

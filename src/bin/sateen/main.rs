@@ -28,6 +28,7 @@ enum Outcome {
 fn main() -> ExitCode {
     let args = Args::parse();
     output::be_quiet(args.quiet);
+    output::stop_on_interrupt();
     let result = match args.verb {
         Verb::Fabrics(args) => fabrics::run(&args),
         Verb::Bake(args) => bake::run(&args),

@@ -1,9 +1,10 @@
 //! What all verbs do with files, stdout, stderr and interrupts.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -11,9 +12,21 @@ use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sateen::bake::{Adapted, Choice};
 use sateen::metrics::{ErrorReport, Quantiles};
+use sateen::progress::Cancelled;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static QUIET: AtomicBool = AtomicBool::new(false);
+/// The temporary file that is being written, if any.
+static TEMPORARY: Mutex<Option<PathBuf>> = Mutex::new(None);
+
+/// How long after an interrupt work may take to end by itself and say what was not written. Together with what follows well
+/// below a second, which is what the tool promises.
+const GRACE: Duration = Duration::from_millis(500);
+/// And how long saying that it did not may take.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+
+/// Temporary files are called this, with something random between.
+const TEMPORARY_NAME: (&str, &str) = (".sateen-", ".tmp");
 
 /// Whether to keep from [`say`]ing anything and from showing bars.
 pub(crate) fn be_quiet(quiet: bool) {
@@ -27,16 +40,35 @@ pub(crate) fn say(text: &str) {
     }
 }
 
-/// From now on Ctrl-C, SIGTERM and SIGHUP make work that reports to a [`Bar`] end early with an error; a second one ends
-/// it at once.
-fn stop_on_interrupt() {
+/// From now on Ctrl-C, SIGTERM and SIGHUP make work that reports to a [`Bar`] end early with an error. What does not end in
+/// time, as compression, a slow disk, a pipe that nobody reads or fills, is ended by force.
+pub(crate) fn stop_on_interrupt() {
     let handler = || {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(1);
+        INTERRUPTED.store(true, Ordering::Relaxed);
+        std::thread::sleep(GRACE);
+        // Whoever holds the lock is about to create the file; then it stays for a later run to remove.
+        if let Ok(Some(path)) = TEMPORARY.try_lock().as_deref() {
+            let _ = fs::remove_file(path);
         }
+        // On its own, since stderr may be what work waits for.
+        std::thread::spawn(|| talk("error: interrupted"));
+        std::thread::sleep(LAST_WORDS);
+        std::process::exit(1);
     };
     // Without a handler the process just dies, which leaves nothing half written either.
     let _ = ctrlc::set_handler(handler);
+}
+
+/// Whether to go on.
+///
+/// # Errors
+/// After an interrupt.
+pub(crate) fn go_on() -> Result<(), Cancelled> {
+    if INTERRUPTED.load(Ordering::Relaxed) {
+        Err(Cancelled)
+    } else {
+        Ok(())
+    }
 }
 
 /// A fault of the command line that only shows once its files are read: exit status 2.
@@ -119,6 +151,7 @@ impl Output {
             let folder = output.folder();
             fs::create_dir_all(folder)
                 .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            remove_leftovers(folder);
             // Dropped and so removed at once: it was only to find out.
             output.temporary()?;
         }
@@ -152,19 +185,54 @@ impl Output {
         }
     }
 
-    /// A file beside the target, removed when dropped.
+    /// A file beside the target, removed when dropped, and until then locked: see [`remove_leftovers`].
     fn temporary(&self) -> Result<tempfile::NamedTempFile> {
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".sateen-").suffix(".tmp");
+        let (prefix, suffix) = TEMPORARY_NAME;
+        builder.prefix(prefix).suffix(suffix);
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
             // As any new file, less the umask.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
-        builder
-            .tempfile_in(self.folder())
-            .with_context(|| format!("cannot write {}", self.path.display()))
+        let mut current = TEMPORARY
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        loop {
+            let file = builder
+                .tempfile_in(self.folder())
+                .with_context(|| format!("cannot write {}", self.path.display()))?;
+            // Where there are no locks, nobody takes it for a leftover either.
+            let locked = !matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock));
+            // Before it was locked, another run may have taken it for a leftover.
+            if locked && file.path().exists() {
+                *current = Some(file.path().to_owned());
+                return Ok(file);
+            }
+        }
+    }
+}
+
+/// Removes the temporary files in `folder` of runs that were killed. Those of runs that live are locked.
+fn remove_leftovers(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return;
+    };
+    let (prefix, suffix) = TEMPORARY_NAME;
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        // Opening a pipe would wait for its other end.
+        let is_file = || entry.file_type().is_ok_and(|kind| kind.is_file());
+        if name.starts_with(prefix)
+            && name.ends_with(suffix)
+            && is_file()
+            && let Ok(file) = File::options().write(true).open(entry.path())
+            && file.try_lock().is_ok()
+        {
+            let _ = fs::remove_file(entry.path());
+        }
     }
 }
 
@@ -178,7 +246,6 @@ const STEPS_PER_PIECE: u64 = 1000;
 
 impl Bar {
     pub(crate) fn new(count: usize) -> Self {
-        stop_on_interrupt();
         let bar = ProgressBar::new(count as u64 * STEPS_PER_PIECE);
         if QUIET.load(Ordering::Relaxed) || !io::stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -206,10 +273,9 @@ impl Bar {
         if position > self.bar.position() {
             self.bar.set_position(position);
         }
-        if INTERRUPTED.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
+        match go_on() {
+            Err(Cancelled) => ControlFlow::Break(()),
+            Ok(()) => ControlFlow::Continue(()),
         }
     }
 
