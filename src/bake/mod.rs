@@ -56,7 +56,16 @@ pub struct FabricText {
     pub toml: String,
 }
 
+/// Name and version of what writes a table.
+const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
+
 impl Provenance {
+    /// Whether [`bake`] makes the same of `fabric` and `settings`: the text, the variant, every setting and the tool's
+    /// version are those of the table.
+    pub fn is_of(&self, fabric: &Fabric, settings: &Settings) -> bool {
+        self.tool == TOOL && self.settings == *settings && self.fabric == FabricText::of(fabric)
+    }
+
     /// Reads a table's metadata.
     ///
     /// # Errors
@@ -71,6 +80,14 @@ impl Provenance {
 }
 
 impl FabricText {
+    fn of(fabric: &Fabric) -> Self {
+        Self {
+            name: fabric.name.clone(),
+            variant: fabric.variant.clone(),
+            toml: fabric.toml.clone(),
+        }
+    }
+
     /// The fabric.
     ///
     /// # Errors
@@ -102,11 +119,7 @@ pub fn bake(
     settings: &Settings,
     progress: Progress<'_>,
 ) -> Result<Table, BakeError> {
-    let text = FabricText {
-        name: fabric.name.clone(),
-        variant: fabric.variant.clone(),
-        toml: fabric.toml.clone(),
-    };
+    let text = FabricText::of(fabric);
     if text.parse().as_ref() != Ok(fabric) {
         return Err(BakeError::TextDiffers(fabric.name.clone()));
     }
@@ -173,7 +186,7 @@ pub fn bake(
         measuring,
     )?;
     let provenance = Provenance {
-        tool: concat!("sateen ", env!("CARGO_PKG_VERSION")).to_owned(),
+        tool: TOOL.to_owned(),
         settings: settings.clone(),
         adapted: None,
         fabric: text,

@@ -51,6 +51,10 @@ pub(crate) struct BakeArgs {
     /// The file to write, or the folder for several [default: NAME.sateen in the current folder].
     #[arg(short, long, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
+    /// Keep the tables that are there already, whole and made from the same fabric with the same settings by the same version,
+    /// and bake only the others.
+    #[arg(long, conflicts_with_all = ["max_error", "max_bytes", "max_ns"])]
+    pub(crate) resume: bool,
     /// How large and how accurate.
     #[arg(long, value_enum, default_value_t = PresetArg::Standard)]
     pub(crate) preset: PresetArg,

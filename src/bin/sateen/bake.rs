@@ -13,10 +13,10 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::args::BakeArgs;
 use crate::output::{
-    Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, print, print_json, sizes,
-    use_threads,
+    Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, print, print_json, say,
+    sizes, use_threads,
 };
-use crate::subject::load_fabric;
+use crate::subject::{load_fabric, load_table, provenance};
 
 pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     use_threads(args.jobs)?;
@@ -27,11 +27,13 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         args.fabrics.iter().map(load).collect::<Result<_>>()?
     };
     let paths = output_paths(&fabrics, args.output.as_deref())?;
-    let outputs: Vec<Output> = paths
-        .iter()
-        .map(|path| Output::prepare(path))
-        .collect::<Result<_>>()?;
     let settings = settings(args);
+    // Outputs are tried before any work begins.
+    let targets: Vec<Target> = fabrics
+        .iter()
+        .zip(&paths)
+        .map(|(fabric, path)| Target::of(fabric, path, &settings, args.resume))
+        .collect::<Result<_>>()?;
 
     let budget = Budget {
         max_error: args.max_error,
@@ -43,8 +45,17 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     let mut outcome = Outcome::Done;
     let mut bar = Bar::new(fabrics.len());
     let mut results = Vec::new();
-    for ((fabric, path), output) in fabrics.iter().zip(&paths).zip(&outputs) {
+    for ((fabric, path), target) in fabrics.iter().zip(&paths).zip(&targets) {
         bar.begin(&fabric.name);
+        let output = match target {
+            Target::Open(output) => output,
+            Target::Kept(kept) => {
+                let kept_because = "it is whole, of the same fabric and settings";
+                bar.suspend(|| say(&format!("{} is kept: {kept_because}", path.display())));
+                results.push(kept.json(fabric, path));
+                continue;
+            }
+        };
         let start = Instant::now();
         let report = |share: f64| bar.report(share);
         let interrupted = || format!("{} was not written", path.display());
@@ -74,6 +85,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             results.push(json!({
                 "fabric": fabric.name,
                 "path": file_bytes.map(|_| path),
+                "kept": false,
                 "within": within,
                 "adapted": provenance.adapted,
                 "decoded_bytes": table.decoded_bytes(),
@@ -124,6 +136,68 @@ fn not_promised(settings: &Settings) -> String {
         100.0 * p99,
         bytes(4 * settings.max_bytes)
     )
+}
+
+/// What a fabric becomes.
+enum Target {
+    /// A table, to be written here.
+    Open(Output),
+    /// What is there already.
+    Kept(Kept),
+}
+
+impl Target {
+    fn of(fabric: &Fabric, path: &Path, settings: &Settings, resume: bool) -> Result<Self> {
+        let kept = if resume {
+            Kept::find(fabric, path, settings)
+        } else {
+            None
+        };
+        kept.map_or_else(
+            || Output::prepare(path).map(Self::Open),
+            |kept| Ok(Self::Kept(kept)),
+        )
+    }
+}
+
+/// A whole table that an earlier run made of the same.
+struct Kept {
+    decoded_bytes: usize,
+    file_bytes: usize,
+    provenance: Provenance,
+}
+
+impl Kept {
+    /// Whatever else is at `path`, or nothing, is no reason to stop: it is baked again.
+    fn find(fabric: &Fabric, path: &Path, settings: &Settings) -> Option<Self> {
+        // What is in a pipe can be read only once, and is not for a bake.
+        if !path.is_file() {
+            return None;
+        }
+        let (table, file_bytes) = load_table(path).ok()?;
+        let (provenance, _) = provenance(&table, path).ok()?;
+        provenance.is_of(fabric, settings).then(|| Self {
+            decoded_bytes: table.decoded_bytes(),
+            file_bytes,
+            provenance,
+        })
+    }
+
+    fn json(&self, fabric: &Fabric, path: &Path) -> Value {
+        json!({
+            "fabric": fabric.name,
+            "path": path,
+            "kept": true,
+            "within": true,
+            "adapted": self.provenance.adapted,
+            "decoded_bytes": self.decoded_bytes,
+            "file_bytes": self.file_bytes,
+            "ns": null,
+            "seconds": null,
+            "error": self.provenance.error,
+            "choices": self.provenance.choices,
+        })
+    }
 }
 
 fn settings(args: &BakeArgs) -> Settings {
