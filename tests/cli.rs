@@ -1,8 +1,9 @@
 //! The tool from outside: what it prints, where, and with which exit status.
+#![cfg(feature = "cli")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command as Process};
+use std::process::{Child, Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
@@ -373,6 +374,9 @@ fn wrong_usage_exits_with_2() {
         &["frobnicate"],
         &["bake", "denim", "--preset", "huge"],
         &["bake", "--all", "denim"],
+        &["bake", "denim", "--resume", "--max-error", "1%"],
+        &["bake", "denim", "--resume", "--max-bytes", "64KiB"],
+        &["bake", "denim", "--resume", "--max-ns", "100"],
         &["eval", "denim", "--pairs", "-", "--evaluator", "midpoint:0"],
         &["validate"],
     ] {
@@ -423,6 +427,65 @@ fn a_full_disk_leaves_nothing_behind() {
         .code(1)
         .stderr(contains("cannot write").and(contains("silk.sateen")));
     assert!(names_in(folder.path()).is_empty());
+    // A disk of 64 KiB, where one may be mounted: it is gone with its namespace.
+    let script = format!(
+        "mount -t tmpfs -o size=64k none '{1}' || exit 77
+        '{0}' bake silk-crepe-de-chine --preset draft -o '{1}/silk.sateen'; echo status $?; ls -A '{1}'",
+        assert_cmd::cargo::cargo_bin("sateen").display(),
+        folder.path().display()
+    );
+    let full = Process::new("unshare")
+        .args(["--mount", "bash", "-c", &script])
+        .output();
+    match full {
+        Ok(full) if full.status.success() => {
+            let stderr = String::from_utf8_lossy(&full.stderr);
+            assert_eq!(String::from_utf8_lossy(&full.stdout), "status 1\n");
+            assert!(
+                stderr.contains("silk.sateen") && stderr.contains("No space left"),
+                "{stderr}"
+            );
+        }
+        _ => eprintln!("skipped: no disk can be mounted here"),
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_read_only_folder_is_named() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let read_only = folder.path().join("read-only");
+    fs::create_dir(&read_only).unwrap();
+    for (path, mode) in [(folder.path(), 0o755), (&read_only, 0o555)] {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    }
+    // Root may write everywhere, nobody may not.
+    let is_root = fs::write(read_only.join("probe"), "").is_ok();
+    let bin = assert_cmd::cargo::cargo_bin("sateen");
+    let mut bake = if is_root {
+        fs::remove_file(read_only.join("probe")).unwrap();
+        // Nobody may not read where the tool was built either.
+        let copy = folder.path().join("sateen");
+        fs::copy(bin, &copy).unwrap();
+        let mut bake = Command::new("setpriv");
+        bake.args(["--reuid", "65534", "--regid", "65534", "--clear-groups"])
+            .arg(copy);
+        bake
+    } else {
+        Command::new(bin)
+    };
+    if is_root && Process::new("setpriv").arg("--version").output().is_err() {
+        eprintln!("skipped: root may write everywhere, and there is no setpriv to be another");
+        return;
+    }
+    bake.args(["bake", "denim", "faux-suede", "--preset", "fine", "-o"])
+        .arg(&read_only)
+        .assert()
+        .code(1)
+        .stdout("")
+        .stderr(contains("cannot write").and(contains("read-only/denim.sateen")));
+    assert!(names_in(&read_only).is_empty());
 }
 
 #[cfg(unix)]
@@ -443,6 +506,27 @@ fn output_goes_through_a_link_and_keeps_ordinary_permissions() {
         .success();
     assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
     assert!(fs::read(&real).unwrap().starts_with(b"\x89SATEEN\n"));
+    let (real_folder, link_folder) = (folder.path().join("real"), folder.path().join("link"));
+    fs::create_dir(&real_folder).unwrap();
+    std::os::unix::fs::symlink(&real_folder, &link_folder).unwrap();
+    sateen()
+        .args(["bake", "faux-suede", "-o"])
+        .arg(&link_folder)
+        .assert()
+        .success();
+    assert!(fs::symlink_metadata(&link_folder).unwrap().is_symlink());
+    assert_eq!(names_in(&real_folder), ["faux-suede.sateen"]);
+
+    let dangling = folder.path().join("dangling.sateen");
+    std::os::unix::fs::symlink(folder.path().join("nowhere.sateen"), &dangling).unwrap();
+    sateen()
+        .args(["bake", "faux-suede", "-o"])
+        .arg(&dangling)
+        .assert()
+        .code(1)
+        .stderr(contains("dangling.sateen").and(contains("leads nowhere")));
+    assert!(fs::symlink_metadata(&dangling).unwrap().is_symlink());
+
     let plain = folder.path().join("plain");
     fs::write(&plain, "").unwrap();
     assert_eq!(
@@ -451,53 +535,319 @@ fn output_goes_through_a_link_and_keeps_ordinary_permissions() {
     );
 }
 
+/// Time from a signal to the end that the tool promises, whatever it is at.
+const END: Duration = Duration::from_secs(1);
+
+/// The tool at work, with nobody who listens.
+fn start(arguments: &[&str], output: &Path) -> Child {
+    Process::new(assert_cmd::cargo::cargo_bin("sateen"))
+        .args(arguments)
+        .args(["-q", "-o"])
+        .arg(output)
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+/// Sends `signal` and waits for the end, which comes in time.
+fn end(child: &mut Child, signal: &str) -> Option<i32> {
+    Process::new("kill")
+        .args([signal, &child.id().to_string()])
+        .status()
+        .unwrap();
+    let start = Instant::now();
+    let status = child.wait().unwrap();
+    assert!(start.elapsed() < END, "{signal}: {:?}", start.elapsed());
+    status.code()
+}
+
+fn wait_for(path: &Path) {
+    let start = Instant::now();
+    while !path.exists() {
+        assert!(start.elapsed() < Duration::from_secs(60), "{path:?}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_ends_a_bake_soon_and_leaves_nothing_half_written() {
-    for signal in ["-INT", "-TERM", "-KILL"] {
+    for (signal, code) in [("-INT", Some(1)), ("-TERM", Some(1)), ("-KILL", None)] {
         let folder = folder();
-        let mut bake: Child = Process::new(assert_cmd::cargo::cargo_bin("sateen"))
-            .args([
-                "bake",
-                "faux-suede",
-                "denim",
-                "--preset",
-                "fine",
-                "-q",
-                "-o",
-            ])
-            .arg(folder.path())
-            .stderr(std::process::Stdio::null())
-            .stdout(std::process::Stdio::null())
-            .spawn()
-            .unwrap();
+        let arguments = ["bake", "faux-suede", "denim", "--preset", "fine"];
+        let mut bake = start(&arguments, folder.path());
         let suede = folder.path().join("faux-suede.sateen");
-        let start = Instant::now();
-        while !suede.exists() {
-            assert!(
-                start.elapsed() < Duration::from_secs(60),
-                "the first table takes a moment"
-            );
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        wait_for(&suede);
         std::thread::sleep(Duration::from_millis(300));
         assert!(
             bake.try_wait().unwrap().is_none(),
             "the second table takes minutes"
         );
-        Process::new("kill")
-            .args([signal, &bake.id().to_string()])
-            .status()
-            .unwrap();
-        let start = Instant::now();
-        let status = bake.wait().unwrap();
-        assert!(start.elapsed() < Duration::from_secs(5), "{signal}");
-        assert_eq!(
-            status.code(),
-            if signal == "-KILL" { None } else { Some(1) }
-        );
+        assert_eq!(end(&mut bake, signal), code);
         assert_eq!(names_in(folder.path()), ["faux-suede.sateen"], "{signal}");
         sateen().arg("info").arg(&suede).assert().success();
+    }
+}
+
+/// Two threads of 1024 segments each: a single integral takes a millisecond.
+fn many_segments(folder: &Path) -> String {
+    let offsets: Vec<String> = (0..=1024)
+        .map(|k| format!("{:.4}", 35.0 * (f64::from(k) * 0.37).sin()))
+        .collect();
+    let lengths = vec!["1"; 1024].join(", ");
+    let mut text = include_str!("../tables/fabrics/denim.toml").to_owned();
+    for key in ["tangent_offsets_deg", "tangent_lengths"] {
+        let list = if key == "tangent_lengths" {
+            lengths.clone()
+        } else {
+            offsets.join(", ")
+        };
+        let line = |line: &str| {
+            if line.starts_with(key) {
+                format!("{key} = [{list}]\n")
+            } else {
+                format!("{line}\n")
+            }
+        };
+        text = text.lines().map(line).collect();
+    }
+    let path = folder.join("many.toml");
+    fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[cfg(unix)]
+#[test]
+fn whatever_a_verb_is_at_an_interrupt_ends_it_within_a_second() {
+    let folder = folder();
+    let many = many_segments(folder.path());
+    let direct = ["bake", &many, "--preset", "draft", "--direct", "always"];
+    let mut row = String::new();
+    for k in 1..=300_000 {
+        row += &format!("0.{k},0.3,0.8,0.1,0.{k},0.7\n");
+    }
+    let csv = pairs(folder.path(), &format!("{HEADER}\n{row}"));
+    let csv = csv.to_str().unwrap();
+    for (arguments, moments) in [
+        // At its start, planning, and choosing tilts.
+        (
+            &["bake", &many, "--preset", "fine"][..],
+            &[0.3, 0.9, 3.0][..],
+        ),
+        // Choosing tilts, and measuring.
+        (&direct, &[0.3, 1.5, 4.0]),
+        (&["report", &many], &[0.3, 1.5]),
+        (&["report", "denim"], &[2.5]),
+        (&["eval", &many, "--pairs", csv], &[0.3, 2.0]),
+        (
+            &[
+                "eval",
+                "denim",
+                "--evaluator",
+                "midpoint:5000",
+                "--pairs",
+                csv,
+            ],
+            &[1.5],
+        ),
+    ] {
+        for moment in moments {
+            let output = folder.path().join("output");
+            let mut child = start(arguments, &output);
+            std::thread::sleep(Duration::from_secs_f64(*moment));
+            assert!(child.try_wait().unwrap().is_none(), "{arguments:?}");
+            let code = end(&mut child, "-INT");
+            assert_eq!(code, Some(1), "{arguments:?}");
+            if output.is_dir() {
+                assert!(names_in(&output).is_empty(), "{arguments:?}");
+                fs::remove_dir(&output).unwrap();
+            }
+            let names = ["many.toml", "pairs.csv"];
+            assert_eq!(names_in(folder.path()), names, "{arguments:?}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_what_nobody_reads() {
+    let folder = folder();
+    let table = bake_suede(folder.path());
+    let csv = pairs(
+        folder.path(),
+        &format!("{HEADER}\n{}", "0,0,1,0,0.6,0.8\n".repeat(20_000)),
+    );
+    let mut eval = Process::new(assert_cmd::cargo::cargo_bin("sateen"))
+        .arg("eval")
+        .arg(table)
+        .arg("--pairs")
+        .arg(csv)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Pipes are full after 64 KiB.
+    std::thread::sleep(Duration::from_secs(1));
+    assert!(eval.try_wait().unwrap().is_none(), "it waits for a reader");
+    assert_eq!(end(&mut eval, "-TERM"), Some(1));
+}
+
+/// Bakes four fabrics within seconds, directly and from grids.
+const SOME: [&str; 7] = [
+    "bake",
+    "faux-suede",
+    "velvet",
+    "tshirt-white",
+    "silk-crepe-de-chine",
+    "--preset",
+    "draft",
+];
+
+/// The bytes of all that is in a folder, by name.
+fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let read = |name: String| (name.clone(), fs::read(folder.join(name)).unwrap());
+    names_in(folder).into_iter().map(read).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_killed_bake_leaves_whole_tables_and_is_resumed() {
+    use std::os::unix::fs::MetadataExt;
+    let folder = folder();
+    let (undisturbed, killed) = (
+        folder.path().join("undisturbed"),
+        folder.path().join("killed"),
+    );
+    let clock = Instant::now();
+    assert!(start(&SOME, &undisturbed).wait().unwrap().success());
+    let whole = clock.elapsed().as_secs_f64();
+    let expected = contents(&undisturbed);
+    assert_eq!(expected.len(), 4);
+
+    let arguments = [&SOME[..], &["--resume"]].concat();
+    for share in [0.01, 0.3, 0.02, 0.5, 0.1, 0.05, 0.2, 0.4] {
+        let mut bake = start(&arguments, &killed);
+        std::thread::sleep(Duration::from_secs_f64(share * whole));
+        let _ = bake.kill();
+        bake.wait().unwrap();
+        for (name, bytes) in contents(&killed) {
+            let is_temporary = name.starts_with(".sateen-") && name.ends_with(".tmp");
+            assert!(is_temporary || expected.contains(&(name, bytes)));
+        }
+    }
+
+    // A table is missing and one is damaged, whatever the kills have done.
+    assert!(start(&arguments, &killed).wait().unwrap().success());
+    fs::remove_file(killed.join("velvet.sateen")).unwrap();
+    let damaged = killed.join("faux-suede.sateen");
+    let length = fs::metadata(&damaged).unwrap().len();
+    fs::File::options()
+        .write(true)
+        .open(&damaged)
+        .unwrap()
+        .set_len(length - 1)
+        .unwrap();
+    let identity = |name: &str| {
+        let found = fs::metadata(killed.join(name)).unwrap();
+        (found.ino(), found.mtime(), found.mtime_nsec())
+    };
+    let whole = ["silk-crepe-de-chine.sateen", "tshirt-white.sateen"];
+    let before = whole.map(identity);
+    let resumed = sateen()
+        .args(&arguments)
+        .arg("--json")
+        .arg("-o")
+        .arg(&killed)
+        .assert()
+        .success()
+        .stderr(
+            contains("tshirt-white.sateen is kept")
+                .and(contains("silk-crepe-de-chine.sateen is kept"))
+                .and(contains("velvet").not())
+                .and(contains("faux-suede").not()),
+        );
+    assert_eq!(whole.map(identity), before, "they are left alone");
+    assert!(contents(&killed) == expected, "and nothing else is there");
+    let resumed: Value = serde_json::from_slice(&resumed.get_output().stdout).unwrap();
+    let kept: Vec<bool> = resumed
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|result| result["kept"].as_bool().unwrap())
+        .collect();
+    assert_eq!(kept, [false, false, true, true]);
+    assert_eq!(resumed[2]["path"], killed.join(whole[1]).to_str().unwrap());
+    assert_eq!(resumed[2]["error"]["all"]["pairs"], 16_384);
+}
+
+#[test]
+fn only_a_table_of_the_same_fabric_and_settings_is_kept() {
+    let folder = folder();
+    let file = folder.path().join("suede.toml");
+    let text = include_str!("../tables/fabrics/faux-suede.toml");
+    fs::write(&file, text).unwrap();
+    let table = folder.path().join("table.sateen");
+    let kept = |arguments: &[&str]| {
+        let bake = sateen()
+            .args(["bake", "--resume", "--json", "-o"])
+            .arg(&table)
+            .args(arguments)
+            .assert()
+            .success();
+        let results: Value = serde_json::from_slice(&bake.get_output().stdout).unwrap();
+        results[0]["kept"].as_bool().unwrap()
+    };
+    let path = file.to_str().unwrap();
+    assert!(!kept(&["faux-suede"]), "there is none");
+    assert!(kept(&["faux-suede"]));
+    assert!(kept(&[path]), "it is the library's text");
+    assert!(!kept(&["faux-suede", "--preset", "draft"]));
+    assert!(!kept(&[
+        "faux-suede",
+        "--preset",
+        "draft",
+        "--encoding",
+        "f32"
+    ]));
+    assert!(!kept(&[path]));
+    fs::write(&file, format!("{text}# another text\n")).unwrap();
+    assert!(!kept(&[path]));
+    fs::write(&table, "not a table").unwrap();
+    assert!(!kept(&[path]));
+    assert!(kept(&[path]));
+}
+
+#[test]
+fn leftovers_of_the_dead_are_removed_and_those_of_the_living_are_not() {
+    let folder = folder();
+    let dead = folder.path().join(".sateen-dead.tmp");
+    let living = folder.path().join(".sateen-living.tmp");
+    fs::write(&dead, "half a table").unwrap();
+    let file = fs::File::create(&living).unwrap();
+    file.lock().unwrap();
+    bake_suede(folder.path());
+    assert_eq!(
+        names_in(folder.path()),
+        [".sateen-living.tmp", "suede.sateen"]
+    );
+    drop(file);
+    bake_suede(folder.path());
+    assert_eq!(names_in(folder.path()), ["suede.sateen"]);
+}
+
+#[test]
+fn two_bakes_at_once_into_one_folder_do_not_disturb_each_other() {
+    let folder = folder();
+    let (alone, shared) = (folder.path().join("alone"), folder.path().join("shared"));
+    assert!(start(&SOME, &alone).wait().unwrap().success());
+    let resume = [&SOME[..], &["--resume"]].concat();
+    for arguments in [&SOME[..], &resume] {
+        let mut bakes = [(); 2].map(|()| start(arguments, &shared));
+        for bake in &mut bakes {
+            assert!(bake.wait().unwrap().success());
+        }
+        assert!(contents(&shared) == contents(&alone));
+        fs::remove_dir_all(&shared).unwrap();
     }
 }
 
