@@ -1,4 +1,5 @@
 //! The error of every fabric's tables, measured by the protocol, against `tables/baseline.csv` and what presets promise.
+#![cfg(feature = "bake")]
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,5 @@
 //! Fabric files: the library is as published, and what is wrong with a file is said with its line.
+#![cfg(feature = "bake")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! One algorithm, several instruction sets: all agree with the scalar path, pair by pair.
+#![cfg(feature = "bake")]
 
 mod common;
 
@@ -6,7 +7,7 @@ use common::{fabric, hostile_directions, tiny_table};
 use sateen::bake::{Direct, Settings, bake};
 use sateen::fabric::{Fabric, LIBRARY};
 use sateen::lookup::Quantity;
-use sateen::math::simd::{Colours, Directions, Kernel, Level, Row, Vector};
+use sateen::math::simd::{Colours, Directions, Level};
 use sateen::metrics::protocol_pairs;
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
@@ -221,82 +222,4 @@ fn no_pairs_are_a_batch_and_unequal_slices_are_not() {
         table.eval_cos_batch([&[0.0]; 3], [&[]; 3], [&mut [0.0], &mut [0.0], &mut [0.0]]);
     });
     assert!(unequal.is_err());
-}
-
-/// The largest error of an approximation over arguments.
-struct Error<'a> {
-    arguments: &'a [(f32, f32)],
-    function: Function,
-}
-
-#[derive(Clone, Copy)]
-enum Function {
-    Atan2,
-    Exp,
-    Sin,
-    Cos,
-}
-
-impl Kernel for Error<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn run<V: Vector, R: Row>(self) -> f64 {
-        let mut largest = 0.0f64;
-        for (y, x) in self.arguments {
-            let (vy, vx) = (V::of(f64::from(*y)), V::of(f64::from(*x)));
-            let (y, x) = (f64::from(*y), f64::from(*x));
-            let (value, exact, size) = match self.function {
-                Function::Atan2 => (vy.atan2(vx), y.atan2(x), 1.0),
-                Function::Exp => (vy.exp(), y.exp(), y.exp()),
-                Function::Sin => (vy.sin(), y.sin(), 1.0),
-                Function::Cos => (vy.cos(), y.cos(), 1.0),
-            };
-            let value = f64::from(value.to_array().as_ref()[0]);
-            largest = largest.max((value - exact).abs() / size);
-        }
-        largest
-    }
-}
-
-#[test]
-fn approximations_keep_the_errors_that_they_state() {
-    let steps = 200_000;
-    let share = |k: i32| k as f32 / steps as f32;
-    let circle: Vec<(f32, f32)> = (0..=steps)
-        .map(|k| (std::f32::consts::TAU * share(k)).sin_cos())
-        .chain([
-            (0.0, 0.0),
-            (1.0, 0.0),
-            (-1.0, 0.0),
-            (0.0, 1.0),
-            (1e-30, 1e-30),
-        ])
-        .collect();
-    let line = |from: f32, to: f32| -> Vec<(f32, f32)> {
-        (0..=steps)
-            .map(|k| (from + (to - from) * share(k), 0.0))
-            .collect()
-    };
-    for (function, arguments, bound) in [
-        (Function::Atan2, circle, 3.2e-7),
-        (Function::Exp, line(-87.0, 88.0), 3.0e-7),
-        (Function::Sin, line(-10.0, 10.0), 2.0e-7),
-        (Function::Cos, line(-10.0, 10.0), 4.0e-7),
-    ] {
-        for level in levels() {
-            for single in [false, true] {
-                let kernel = Error {
-                    arguments: &arguments,
-                    function,
-                };
-                let error = if single {
-                    level.run_single(kernel)
-                } else {
-                    level.run(kernel)
-                };
-                assert!(error <= bound, "{level:?} {single}: {error} > {bound}");
-            }
-        }
-    }
 }

@@ -1,4 +1,5 @@
 //! What every evaluator owes: finite, never negative, nothing below the surface, and the model's own symmetries.
+#![cfg(feature = "bake")]
 
 mod common;
 

@@ -1,5 +1,6 @@
 //! The direct model against an independent float64 implementation of the same equations, whose values for all fabrics of
 //! the library are in `tests/data/golden_view.csv` and `golden_both.csv`: random, highlight and extreme pairs.
+#![cfg(feature = "bake")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! `sateen report` from outside: what it writes, and that all of it says the same.
+#![cfg(feature = "cli")]
 
 use std::collections::BTreeMap;
 use std::fs;

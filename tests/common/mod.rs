@@ -3,26 +3,14 @@
 
 pub(crate) mod hostile;
 
-use sateen::bake::{Direct, Preset, Settings, bake};
-use sateen::fabric::Fabric;
-use sateen::progress::Progress;
 use sateen::table::Table;
 
-/// The library's fabric.
-pub(crate) fn fabric(name: &str) -> Fabric {
-    Fabric::from_library(name).unwrap_or_else(|| panic!("the library has {name}"))
-}
+#[cfg(feature = "bake")]
+mod baking;
 
-/// Settings for tables of a few kilobytes, baked in a moment, with a grid for every thread that can have one.
-pub(crate) fn tiny() -> Settings {
-    Settings {
-        max_bytes: 32 << 10,
-        error_pairs: 256,
-        tolerance: 1e-3,
-        direct: Direct::Never,
-        ..Preset::Draft.settings()
-    }
-}
+#[cfg(feature = "bake")]
+#[allow(unused_imports, reason = "each test file uses a part")]
+pub(crate) use baking::*;
 
 /// Panics unless `bytes` are no table, or one that evaluates to light for ordinary and hostile directions.
 pub(crate) fn assert_refused_or_light(name: &str, bytes: &[u8]) {
@@ -55,11 +43,6 @@ pub(crate) fn assert_light(name: &str, table: &Table, pairs: &[[[f32; 3]; 2]]) {
     table.eval_cos_batch([&x, &y, &z], [&x2, &y2, &z2], [&mut r, &mut g, &mut b]);
     let rho = [r, g, b].concat();
     assert!(is_light(&rho), "{name}: {rho:?}");
-}
-
-/// A table of a few kilobytes.
-pub(crate) fn tiny_table(name: &str) -> Table {
-    bake(&fabric(name), &tiny(), Progress::silent()).expect("nobody stops it")
 }
 
 /// Directions that are hard on evaluators: poles, horizons, grazing to the last bit, denormals, and no directions at all.
