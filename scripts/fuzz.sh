@@ -32,6 +32,7 @@ fuzz() {
 }
 fuzz build
 host=$(rustc -vV | sed -n 's/^host: //p')
+rm -rf seeds
 "target/$host/release/seeds"
 
 logs=artifacts/logs
