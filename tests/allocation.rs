@@ -2,6 +2,7 @@
 //!
 //! What zstd's decoder itself asks for is not counted: a context of fixed size, since whole frames are decoded into one piece
 //! of memory. One test, for the allocator counts what all threads ask for.
+#![cfg(feature = "bake")]
 
 mod common;
 

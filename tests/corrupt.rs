@@ -1,4 +1,5 @@
 //! Files that were once read wrongly: each is refused now, or evaluates to light.
+#![cfg(feature = "bake")]
 
 mod common;
 

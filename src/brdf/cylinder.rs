@@ -110,13 +110,16 @@ pub fn fresnel<R: Lanes>(contrast: R, cos: R) -> (R, R) {
     let g = (contrast + cos2).sqrt();
     let s = cos + g;
     let p = s + contrast * cos;
-    // Without an interface nothing is reflected, not even at cos = 0, where the ratios would be 0/0. With one, g² ≥ η² − 1.
-    let over_s = R::one() / (s * s).max(R::of(TINY));
-    let over_p = R::one() / (p * p).max(R::of(TINY));
-    let r_s = contrast * over_s;
-    let r_p = contrast * ((contrast + R::of(2.0)) * cos2 - R::one()) * over_p;
+    // Without an interface all is let through, but for cos = 0, where the ratios would be 0/0. With one, g² ≥ η² − 1.
+    let over_s = R::one() / s.max(R::of(TINY));
+    let over_p = R::one() / p.max(R::of(TINY));
+    let (c, two) = (contrast, R::of(2.0));
+    let r_s = (c * over_s) * over_s;
+    let r_p = (c * over_p) * (((c + two) * cos2 - R::one()) * over_p);
     let reflected = R::of(0.5) * (r_s * r_s + r_p * r_p);
-    let entered = R::of(2.0) * cos * g * (over_s + (contrast + R::one()) * over_p);
+    let t_s = (cos * over_s) * (g * over_s);
+    let t_p = (cos * over_p) * (g * over_p);
+    let entered = two * (t_s + (c + R::one()) * t_p);
     (reflected, entered)
 }
 
