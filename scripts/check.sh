@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Format, lints, documentation, and every feature layer alone, so that an upward `use` between layers does not build.
+# Format, lints, documentation, every feature layer alone, so that an upward `use` between layers does not build, and the tests
+# of the core.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RUSTFLAGS="${RUSTFLAGS:-} -D warnings" RUSTDOCFLAGS="-D warnings"
@@ -13,6 +14,17 @@ cargo fmt --check
 for layer in libm std zstd bake report cli; do
     echo "layer $layer"
     cargo check --locked --quiet --lib --bins --no-default-features --features "$layer"
+done
+# Tests name the feature that they need.
+for layer in std bake; do
+    cargo check --locked --quiet --tests --no-default-features --features "$layer"
+done
+# Those of the core pass as an engine has it: all of them, since none at all would pass, too.
+count=$(grep -c '^#\[test\]' tests/core.rs)
+for layer in std libm; do
+    result=$(scripts/core.sh test --quiet --lib --features "$layer")
+    echo "core with $layer: $result"
+    [[ $result == *"ok. $count passed"* ]]
 done
 cargo clippy --locked --quiet --all-targets
 cargo doc --locked --quiet --no-deps --lib

@@ -65,21 +65,16 @@ pub(super) fn plan_axes(
         })
         .collect::<Result<_, _>>()?;
     let mean = places.iter().map(|(_, value)| value).sum::<f64>() / places.len() as f64;
+    let size = Size {
+        albedo: brightest,
+        floor: 0.01 * mean,
+    };
 
     let mut ladders = Vec::with_capacity(4);
     for k in 0..4 {
         let scale = Scale::new(k, thread, integrand.is_folded());
         let sample = |u: &[f64; 4]| {
-            let sample = Line::sample(
-                integrand,
-                &scale,
-                k,
-                *u,
-                settings.encoding,
-                brightest,
-                0.01 * mean,
-                &steps,
-            )?;
+            let sample = Line::sample(integrand, &scale, k, *u, settings.encoding, &size, &steps)?;
             steps.advance().map(|()| sample)
         };
         let places = &places[k * LINES..(k + 1) * LINES];
@@ -181,6 +176,12 @@ impl Scale {
     }
 }
 
+/// What errors are relative to: S + `albedo` V + `floor`.
+struct Size {
+    albedo: f64,
+    floor: f64,
+}
+
 /// The function along one axis, by place.
 struct Line {
     /// The quantity that splines are of, both channels.
@@ -196,8 +197,7 @@ impl Line {
         k: usize,
         mut u: [f64; 4],
         encoding: Encoding,
-        albedo: f64,
-        floor: f64,
+        &Size { albedo, floor }: &Size,
         steps: &Steps<'_>,
     ) -> Result<Self, Cancelled> {
         let at = |place: usize| {

@@ -143,7 +143,7 @@ enum Target {
     /// A table, to be written here.
     Open(Output),
     /// What is there already.
-    Kept(Kept),
+    Kept(Box<Kept>),
 }
 
 impl Target {
@@ -155,7 +155,7 @@ impl Target {
         };
         kept.map_or_else(
             || Output::prepare(path).map(Self::Open),
-            |kept| Ok(Self::Kept(kept)),
+            |kept| Ok(Self::Kept(Box::new(kept))),
         )
     }
 }
