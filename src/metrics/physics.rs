@@ -1,5 +1,7 @@
 //! How far the model itself is from reciprocity and from conserving energy, so that no one takes that for an error.
 
+use std::fmt;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -56,5 +58,30 @@ impl Physics {
     /// The most that is reflected of what arrives; above 1 energy is not conserved.
     pub fn largest_reflectance(&self) -> f64 {
         self.reflectance.iter().map(|(_, r)| *r).fold(0.0, f64::max)
+    }
+}
+
+/// In a sentence or two.
+impl fmt::Display for Physics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |x: f64| format!("{:.0} %", 100.0 * x);
+        let angles: Vec<String> = self
+            .reflectance
+            .iter()
+            .map(|(angle, share)| format!("{} at {angle}°", percent(*share)))
+            .collect();
+        let energy = if self.largest_reflectance() > 1.0 {
+            "more than arrives, which is the model's doing and no error of a table"
+        } else {
+            "no more than arrives"
+        };
+        write!(
+            f,
+            "The model itself is not reciprocal: exchanging light and viewer changes the BRDF by {} on average (99th \
+             percentile {}). It reflects {energy}: {}.",
+            percent(self.reciprocity.mean),
+            percent(self.reciprocity.p99),
+            angles.join(", ")
+        )
     }
 }

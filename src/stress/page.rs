@@ -6,7 +6,6 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::records::text;
 use super::{Baking, Case, Extreme, FabricStress, StressReport, Sweep, TOLERANCE, Verdict};
-use crate::metrics::Physics;
 use crate::report::page::style;
 use crate::report::plot::{
     BLUE, Drawn, GREY, INK, LABEL_FONT, LINES, ORANGE, PAPER, Plot, RADIUS, Root, draw, font,
@@ -132,7 +131,7 @@ fn section(fabric: &FabricStress) -> Markup {
         section id=(fabric.fabric) {
             h2 { (fabric.title) }
             p.lead { (fabric.summary()) }
-            p { (physics(&fabric.physics)) }
+            p { (fabric.physics.to_string()) }
             div.plots {
                 @for plot in plots_of(fabric) {
                     figure {
@@ -152,25 +151,6 @@ fn section(fabric: &FabricStress) -> Markup {
             }
         }
     }
-}
-
-/// What is not physical about the model, in a sentence.
-fn physics(physics: &Physics) -> String {
-    let angles = physics.reflectance.iter();
-    let angles: Vec<String> = angles
-        .map(|(angle, r)| format!("{r:.2} at {angle}°"))
-        .collect();
-    let energy = if physics.largest_reflectance() > 1.0 {
-        "more than arrives, which is the model's doing and no error of a table"
-    } else {
-        "less than arrives"
-    };
-    format!(
-        "The model itself is not reciprocal: exchanging light and viewer changes the BRDF by {} on average (99th percentile {}). It reflects {energy}: {}.",
-        percent(physics.reciprocity.mean),
-        percent(physics.reciprocity.p99),
-        angles.join(", ")
-    )
 }
 
 fn growth(fabric: &FabricStress) -> Markup {

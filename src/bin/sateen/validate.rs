@@ -1,7 +1,7 @@
 //! `sateen validate`
 
 use anyhow::Result;
-use sateen::metrics::{Baked, measure};
+use sateen::metrics::{Baked, Physics, measure};
 use sateen::progress::Progress;
 use serde_json::{Value, json};
 
@@ -40,6 +40,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
                 100.0 * limit
             ));
         }
+        let physics = Physics::of(fabric);
         if args.json {
             results.push(json!({
                 "path": path,
@@ -47,11 +48,12 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
                 "decoded_bytes": table.decoded_bytes(),
                 "file_bytes": file_bytes,
                 "error": error,
+                "physics": physics,
             }));
         } else {
             let sizes = sizes(table.decoded_bytes(), *file_bytes);
             let text = format!(
-                "{}: {}, {sizes}\n{}",
+                "{}: {}, {sizes}\n{}  {physics}\n",
                 path.display(),
                 fabric.name,
                 error_lines(&error)
