@@ -9,6 +9,34 @@ const STYLE: &str = include_str!("page.css");
 
 pub(super) fn html(report: &Report) -> String {
     let machine = &report.machine;
+    let content = html! {
+        p.lead {
+            "How far is a baked table from the model that it stands for, how long does a lookup take, and would "
+            "integrating directly have been the better choice? " (report.summary())
+        }
+        (overview(report))
+        @for fabric in &report.fabrics { (section(fabric)) }
+        h2 id="how" { "How this was measured" }
+        p {
+            "Relative error is max over channels of |ρ − ρ" sub { "D" } "| / (ρ" sub { "D" } " + 1 % of its mean), with ρ"
+            sub { "D" } " by adaptive integration in double precision, on " (report.pairs) " pairs of directions (seed "
+            (report.seed) "): half are cosine-weighted, half lie in the highlights. Time is per pair on one core, all "
+            "evaluators of a fabric in turn on the same pairs in random order, with warm caches, the median of "
+            (report.rounds) @if report.rounds == 1 { " round. " } @else { " rounds. " }
+            "The thesis integrates with 50 midpoints; “×” is how many times less time than that an evaluator takes, in "
+            "the same rounds, one pair at a time. Times of other machines differ, ratios less so."
+        }
+        p {
+            "Measured by " (report.tool) " on " (machine.cpu)
+            @if !machine.instruction_sets.is_empty() { " (" (machine.instruction_sets.join(", ")) ")" }
+            ". The numbers are in " code { "report.csv" } " and " code { "report.json" } " beside this page."
+        }
+    };
+    document("What tables of fabrics cost", &content)
+}
+
+/// A page of its own with a heading.
+pub(crate) fn document(title: &str, content: &Markup) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -16,33 +44,13 @@ pub(super) fn html(report: &Report) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { "What tables of fabrics cost" }
+                title { (title) }
                 style { (PreEscaped(style())) }
             }
             body {
                 main {
-                    h1 { "What tables of fabrics cost" }
-                    p.lead {
-                        "How far is a baked table from the model that it stands for, how long does a lookup take, and would "
-                        "integrating directly have been the better choice? " (report.summary())
-                    }
-                    (overview(report))
-                    @for fabric in &report.fabrics { (section(fabric)) }
-                    h2 id="how" { "How this was measured" }
-                    p {
-                        "Relative error is max over channels of |ρ − ρ" sub { "D" } "| / (ρ" sub { "D" } " + 1 % of its mean), with ρ"
-                        sub { "D" } " by adaptive integration in double precision, on " (report.pairs) " pairs of directions (seed "
-                        (report.seed) "): half are cosine-weighted, half lie in the highlights. Time is per pair on one core, all "
-                        "evaluators of a fabric in turn on the same pairs in random order, with warm caches, the median of "
-                        (report.rounds) @if report.rounds == 1 { " round. " } @else { " rounds. " }
-                        "The thesis integrates with 50 midpoints; “×” is how many times less time than that an evaluator takes, in "
-                        "the same rounds, one pair at a time. Times of other machines differ, ratios less so."
-                    }
-                    p {
-                        "Measured by " (report.tool) " on " (machine.cpu)
-                        @if !machine.instruction_sets.is_empty() { " (" (machine.instruction_sets.join(", ")) ")" }
-                        ". The numbers are in " code { "report.csv" } " and " code { "report.json" } " beside this page."
-                    }
+                    h1 { (title) }
+                    (content)
                 }
             }
         }
@@ -50,8 +58,7 @@ pub(super) fn html(report: &Report) -> String {
     .into_string()
 }
 
-/// The style sheet of pages.
-pub(crate) fn style() -> String {
+fn style() -> String {
     let [paper, ink, lines, link] = plot::page_colours();
     let variables = |mode: usize| {
         format!(

@@ -1,12 +1,12 @@
 //! A stress report for people: one file of HTML that needs no other.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::records::text;
 use super::{Baking, Case, Extreme, FabricStress, StressReport, Sweep, TOLERANCE, Verdict};
-use crate::report::page::style;
+use crate::report::page::document;
 use crate::report::plot::{
     BLUE, Drawn, GREY, INK, LABEL_FONT, LINES, ORANGE, PAPER, Plot, RADIUS, Root, draw, font,
     log_axis, plain,
@@ -17,40 +17,25 @@ use crate::report::summary::{bytes, percent};
 const LEAST: f64 = 1e-9;
 
 pub(super) fn html(report: &StressReport) -> String {
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { "What holds where fabrics are stiff" }
-                style { (PreEscaped(style())) }
-            }
-            body {
-                main {
-                    h1 { "What holds where fabrics are stiff" }
-                    p.lead {
-                        "Every evaluator is asked where it is hard: at grazing, along and across threads, on highlights, at the end of "
-                        "visibility; and of fabrics that are stiffer than any cloth. " (report.summary())
-                    }
-                    @for fabric in &report.fabrics { (section(fabric)) }
-                    h2 id="how" { "How this was measured" }
-                    p {
-                        (report.pairs) " pairs of each geometry (seed " (report.seed) "), a tenth of that of stiff fabrics, in numbers of "
-                        "single precision. “f32–f64” is how far single precision, alone and in batches, is from the same rule in double "
-                        "precision, beyond what that takes on where the directions differ in their last two bits: where a model jumps, "
-                        "any side of the jump is right. Of the reference it is how far its tolerance of 1e-7 is from one of 1e-11, of a "
-                        "table how far batches are from single lookups. “Step” is how much more a value changes over a millionth of a "
-                        "radian than the model's. All are relative to the value plus a hundredth of its mean. A case fails where a value is "
-                        "not finite or negative, or one of the two exceeds " (percent(TOLERANCE)) "."
-                    }
-                    p { "Measured by " (report.tool) ". The numbers are in " code { "stress.csv" } " and " code { "stress.json" } " beside this page." }
-                }
-            }
+    let content = html! {
+        p.lead {
+            "Every evaluator is asked where it is hard: at grazing, along and across threads, on highlights, at the end of "
+            "visibility; and of fabrics that are stiffer than any cloth. " (report.summary())
         }
-    }
-    .into_string()
+        @for fabric in &report.fabrics { (section(fabric)) }
+        h2 id="how" { "How this was measured" }
+        p {
+            (report.pairs) " pairs of each geometry (seed " (report.seed) "), a tenth of that of stiff fabrics, in numbers of "
+            "single precision. “f32–f64” is how far single precision, alone and in batches, is from the same rule in double "
+            "precision, beyond what that takes on where the directions differ in their last two bits: where a model jumps, "
+            "any side of the jump is right. Of the reference it is how far its tolerance of 1e-7 is from one of 1e-11, of a "
+            "table how far batches are from single lookups. “Step” is how much more a value changes over a millionth of a "
+            "radian than the model's. All are relative to the value plus a hundredth of its mean. A case fails where a value is "
+            "not finite or negative, or one of the two exceeds " (percent(TOLERANCE)) "."
+        }
+        p { "Measured by " (report.tool) ". The numbers are in " code { "stress.csv" } " and " code { "stress.json" } " beside this page." }
+    };
+    document("What holds where fabrics are stiff", &content)
 }
 
 impl StressReport {
@@ -301,6 +286,9 @@ fn plots_of(fabric: &FabricStress) -> Vec<Plot> {
     ]
 }
 
+/// Points of γ_s and a percentage.
+type Line = Vec<(f64, f64)>;
+
 fn against_gamma<'a>(
     root: &Root<'a>,
     stiff: &[(f64, &Case)],
@@ -313,7 +301,7 @@ fn against_gamma<'a>(
         .iter()
         .map(|verdict| verdict.evaluator.as_str())
         .collect();
-    let line = |name: &str| -> Vec<(f64, f64)> {
+    let line = |name: &str| -> Line {
         let points = stiff.iter().filter_map(|(gamma, case)| {
             let verdict = case
                 .verdicts
@@ -323,7 +311,13 @@ fn against_gamma<'a>(
         });
         points.collect()
     };
-    let lines: Vec<Vec<(f64, f64)>> = names.iter().map(|name| line(name)).collect();
+    // What is nowhere above the least shown, as the reference's error, says nothing.
+    let says = |line: &Line| line.iter().any(|point| point.1 > 100.0 * LEAST);
+    let (names, lines): (Vec<&str>, Vec<Line>) = names
+        .into_iter()
+        .map(|name| (name, line(name)))
+        .filter(|(_, line)| says(line))
+        .unzip();
     let (x, y) = (
         log_axis(stiff.iter().map(|(gamma, _)| *gamma)),
         log_axis(lines.iter().flatten().map(|point| point.1)),
