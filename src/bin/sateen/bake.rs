@@ -217,11 +217,14 @@ fn settings(args: &BakeArgs) -> Settings {
 /// One file per fabric: `output` itself for one, files in the folder `output` for several.
 fn output_paths(fabrics: &[Fabric], output: Option<&Path>) -> Result<Vec<PathBuf>> {
     let file_name = |fabric: &Fabric| format!("{}.sateen", fabric.name);
+    // Looked at once: another bake may be making the folder.
+    let found = output.and_then(|path| path.metadata().ok());
+    let is_folder = found.as_ref().is_some_and(|found| found.is_dir());
     let folder = match output {
         None => Path::new(""),
-        Some(path) if path.is_dir() || path.as_os_str().to_string_lossy().ends_with('/') => path,
+        Some(path) if is_folder || path.as_os_str().to_string_lossy().ends_with('/') => path,
         Some(path) if fabrics.len() == 1 => return Ok(vec![path.to_owned()]),
-        Some(path) if path.exists() => {
+        Some(path) if found.is_some() => {
             let message = format!(
                 "-o {}: {} tables need a folder, but this is a file",
                 path.display(),
