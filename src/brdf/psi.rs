@@ -133,6 +133,20 @@ impl<L: Lanes> Ordered<L> {
         }
     }
 
+    /// Minus half the angle between: `first` where both are as far from 0.
+    #[inline(always)]
+    pub(super) fn half_back(&self) -> Psi<L> {
+        // 1 ± cos cancels for one of sine and cosine, which follows from the other.
+        let half = L::of(0.5);
+        let larger = (half * (L::one() + self.cos_between.abs())).sqrt();
+        let smaller = half * self.sin_between.max(L::zero()) / larger;
+        let is_obtuse = self.cos_between.lt(L::zero());
+        Psi {
+            sin: -L::select(is_obtuse, larger, smaller),
+            cos: L::select(is_obtuse, smaller, larger),
+        }
+    }
+
     /// The tilts of an arc that both directions see.
     #[inline(always)]
     pub(super) fn seen<R: Real>(&self, arc: &Arc<R>) -> Seen<L> {

@@ -245,10 +245,7 @@ fn joint_integral<L: Lanes>(pair: &ThreadPair<L>, seen: &Seen<L>) -> L {
         half * seen.half_tangent * (first_a.cos + first_b.cos) * (last_a.cos + last_b.cos)
             + cos_between * angle_beyond_sine(seen.half_tangent);
     // The smaller cosine is that of the angle further from 0: of `first` up to where the two are opposite, then of `last`.
-    let turn = Psi {
-        sin: -(half * (one - cos_between)).max(L::zero()).sqrt(),
-        cos: (half * (one + cos_between)).max(L::zero()).sqrt(),
-    };
+    let turn = pair.order().half_back();
     let falling = half_tangent(first_a, turn)
         .max(L::zero())
         .min(seen.half_tangent);

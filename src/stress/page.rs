@@ -27,7 +27,7 @@ pub(super) fn html(report: &StressReport) -> String {
         p {
             (report.pairs) " pairs of each geometry (seed " (report.seed) "), a tenth of that of stiff fabrics, in numbers of "
             "single precision. “f32–f64” is how far single precision, alone and in batches, is from the same rule in double "
-            "precision, beyond what that takes on where the directions differ in their last two bits: where a model jumps, "
+            "precision, beyond what that takes on where the directions differ in their last bits: where a model jumps, "
             "any side of the jump is right. Of the reference it is how far its tolerance of 1e-7 is from one of 1e-11, of a "
             "table how far batches are from single lookups. “Step” is how much more a value changes over a millionth of a "
             "radian than the model's. All are relative to the value plus a hundredth of its mean. A case fails where a value is "

@@ -43,7 +43,7 @@ pub struct Verdict {
     /// Values below 0.
     pub negative: usize,
     /// How far single precision is from double, beyond what the last bits of the directions account for: the distance from the
-    /// values that the same rule takes in double precision over directions that differ by up to two such bits. Of the reference
+    /// values that the same rule takes in double precision over directions that differ by up to four such bits. Of the reference
     /// how far its tolerance of 1e-7 is from one of 1e-11, of a table how far a batch is from single lookups.
     pub deviation: Worst,
     /// How much more, or less, a value changes than the model's between directions a millionth apart, where the model does not
@@ -67,8 +67,14 @@ pub(super) struct Trial<'a> {
     floor: f64,
 }
 
-/// Two units in the last place of a component near 1.
+/// Four units in the last place of a component near 1: its own, and those lost in turning it into a thread's frame.
 const LAST_BITS: f64 = 2.0 * f32::EPSILON as f64;
+/// How many directions within the last bits are looked at, and the deviation that needs no more.
+const FEWEST_TURNS: usize = 16;
+const MOST_TURNS: usize = 512;
+const ENOUGH: f64 = 1e-3;
+/// Of a fabric that is black at all protocol pairs, ρ that counts: vector exponentials end at e⁻⁸⁷.
+const DARK: f64 = 1e-30;
 /// How far neighbours are.
 const STEP: f64 = 1e-6;
 /// Where the model changes by more than this share over such a step, or over the last bits, it jumps.
@@ -100,7 +106,7 @@ impl<'a> Trial<'a> {
         Self {
             truth: values(&pairs),
             beside: values(&neighbours),
-            floor: (0.01 * mean).max(f64::from(f32::MIN_POSITIVE)),
+            floor: (0.01 * mean).max(DARK),
             fabric,
             pairs,
             neighbours,
@@ -143,8 +149,13 @@ impl<'a> Trial<'a> {
         // Steps are compared with the rule's own in double precision: a coarse rule may differ from the model.
         let own = |pairs: &[SinglePair]| pairs.par_iter().map(|pair| at(double, pair)).collect();
         let own: [Vec<[f64; 3]>; 2] = [own(&self.pairs), own(&self.neighbours)];
+        // Where a tilt appears or vanishes within the last bits, the deviation has judged already.
+        let is_judged = |index: usize| {
+            let deviates = |k: usize| self.relative(values[k][index], own[k][index]) > JUMP;
+            deviates(0) || deviates(1)
+        };
         let mut verdict = self.verdict(name.to_owned(), &values, &deviations);
-        verdict.step = self.worst_step(&values, &own);
+        verdict.step = self.worst_step(&values, &own, is_judged);
         verdict
     }
 
@@ -180,7 +191,9 @@ impl<'a> Trial<'a> {
             not_finite: all().filter(|x| !x.is_finite()).count(),
             negative: all().filter(|x| **x < 0.0).count(),
             deviation: self.worst(deviations),
-            step: self.worst_step(values, &[self.truth.clone(), self.beside.clone()]),
+            step: self.worst_step(values, &[self.truth.clone(), self.beside.clone()], |_| {
+                false
+            }),
             mean_error: errors.iter().sum::<f64>() / errors.len().max(1) as f64,
             error: self.worst(&errors),
         }
@@ -195,8 +208,14 @@ impl<'a> Trial<'a> {
         .fold(Worst::default(), Worst::or)
     }
 
-    /// The largest difference between the steps of `values` and those of `model`, from pairs to their neighbours.
-    fn worst_step(&self, values: &[Vec<[f64; 3]>; 2], model: &[Vec<[f64; 3]>; 2]) -> Worst {
+    /// The largest difference between the steps of `values` and those of `model`, from pairs to their neighbours, but for those
+    /// that are judged already.
+    fn worst_step(
+        &self,
+        values: &[Vec<[f64; 3]>; 2],
+        model: &[Vec<[f64; 3]>; 2],
+        is_judged: impl Fn(usize) -> bool,
+    ) -> Worst {
         let step = |index: usize| {
             let excess = |c: usize| {
                 let (from, to) = (model[0][index][c], model[1][index][c]);
@@ -204,7 +223,7 @@ impl<'a> Trial<'a> {
                 let step = to - from;
                 let jumps = step.abs() > JUMP * scale;
                 let own = values[1][index][c] - values[0][index][c];
-                if jumps {
+                if jumps || is_judged(index) {
                     0.0
                 } else {
                     (own - step).abs() / scale
@@ -233,22 +252,28 @@ impl<'a> Trial<'a> {
     ) -> f64 {
         let mut least = at(double, pair);
         let mut most = least;
-        for turn in 0..16 {
-            let [wi, wr] = moved(pair, LAST_BITS, 16 * index + turn);
+        let mut distance = f64::INFINITY;
+        for turn in 0..MOST_TURNS {
+            let [wi, wr] = moved(pair, LAST_BITS, MOST_TURNS * index + turn);
             let value = double(wi, wr);
             for c in 0..3 {
                 least[c] = least[c].min(value[c]);
                 most[c] = most[c].max(value[c]);
             }
+            let beyond = |value: &[f64; 3], c: usize| {
+                let distance = (value[c] - most[c]).max(least[c] - value[c]).max(0.0);
+                distance / (most[c] + self.floor)
+            };
+            let all = values
+                .iter()
+                .flat_map(|value| (0..3).map(move |c| (value, c)));
+            distance = all.map(|(value, c)| beyond(value, c)).fold(0.0, f64::max);
+            // A lobe narrower than the last bits is hit by few of them.
+            if distance < ENOUGH && turn >= FEWEST_TURNS {
+                break;
+            }
         }
-        let beyond = |value: [f64; 3], c: usize| {
-            let distance = (value[c] - most[c]).max(least[c] - value[c]).max(0.0);
-            distance / (most[c] + self.floor)
-        };
-        let all = values
-            .iter()
-            .flat_map(|value| (0..3).map(move |c| (*value, c)));
-        all.map(|(value, c)| beyond(value, c)).fold(0.0, f64::max)
+        distance
     }
 }
 
