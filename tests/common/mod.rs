@@ -1,6 +1,7 @@
 //! What several tests need.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+#[cfg(feature = "bake")]
 pub(crate) mod hostile;
 
 use sateen::table::Table;
