@@ -15,7 +15,7 @@
 use alloc::{collections::BTreeMap, vec::Vec};
 use core::f64::consts::FRAC_PI_2;
 
-use super::psi::{Arc, Psi, Seen, half_tangent};
+use super::psi::{Arc, Ordered, Psi, Seen, half_tangent};
 use super::{Optics, Response, ThreadPair, limits};
 use crate::math::{Lanes, Real, Vec3, splat};
 
@@ -223,10 +223,11 @@ impl<R: Real> TangentCurve<R> {
     /// Mean of P(t, wi, wr), 3.25, over the distribution, for a pair in thread coordinates.
     #[inline(always)]
     pub fn joint_projection<L: Lanes>(&self, pair: &ThreadPair<L>) -> L {
+        let order = pair.order();
         let mut sum = L::zero();
         for arc in &self.arcs {
-            let seen = pair.order().seen(arc);
-            sum += splat::<R, L>(arc.density) * joint_integral(pair, &seen);
+            let mean = joint_integral(&order, &order.seen(arc), pair.correlation_psi());
+            sum += splat::<R, L>(arc.density) * mean;
         }
         for tilt in &self.tilts {
             sum += splat::<R, L>(tilt.weight) * pair.visibility(splat(tilt.cos), splat(tilt.sin));
@@ -237,15 +238,14 @@ impl<R: Real> TangentCurve<R> {
 
 /// ∫ P dδ over the tilts that both directions see.
 #[inline(always)]
-fn joint_integral<L: Lanes>(pair: &ThreadPair<L>, seen: &Seen<L>) -> L {
-    let (half, one, u) = (L::of(0.5), L::one(), pair.correlation_psi());
-    let cos_between = pair.order().cos_between;
+fn joint_integral<L: Lanes>(order: &Ordered<L>, seen: &Seen<L>, u: L) -> L {
+    let (half, one) = (L::of(0.5), L::one());
     let ([first_a, first_b], [last_a, last_b]) = (seen.first, seen.last);
     let product =
         half * seen.half_tangent * (first_a.cos + first_b.cos) * (last_a.cos + last_b.cos)
-            + cos_between * angle_beyond_sine(seen.half_tangent);
+            + order.cos_between * angle_beyond_sine(seen.half_tangent);
     // The smaller cosine is that of the angle further from 0: of `first` up to where the two are opposite, then of `last`.
-    let turn = pair.order().half_back();
+    let turn = order.half_back();
     let falling = half_tangent(first_a, turn)
         .max(L::zero())
         .min(seen.half_tangent);

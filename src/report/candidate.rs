@@ -212,7 +212,7 @@ fn bakes(options: &Options) -> Vec<(String, Settings)> {
     presets.chain(sizes).chain(encodings).collect()
 }
 
-pub(super) fn preset_name(preset: Preset) -> &'static str {
+pub(crate) fn preset_name(preset: Preset) -> &'static str {
     match preset {
         Preset::Draft => "draft",
         Preset::Standard => "standard",

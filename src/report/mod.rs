@@ -10,10 +10,11 @@ mod heat;
 mod machine;
 pub(crate) mod page;
 pub(crate) mod plot;
-mod records;
+pub(crate) mod records;
 pub(crate) mod summary;
 mod timing;
 
+pub(crate) use candidate::preset_name;
 pub use candidate::{Candidate, Family, THESIS};
 pub use front::pareto_front;
 pub use heat::{Axis, HeatMap};

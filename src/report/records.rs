@@ -62,7 +62,8 @@ pub(super) fn csv(report: &Report) -> String {
     String::from_utf8(bytes).expect("names and numbers are text")
 }
 
-pub(super) fn json(report: &Report) -> String {
+/// Everything, to be read by people, too.
+pub(crate) fn json(report: &impl Serialize) -> String {
     let text = serde_json::to_string_pretty(report).expect("numbers, names and lists are JSON");
     text + "\n"
 }

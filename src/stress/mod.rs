@@ -24,6 +24,7 @@ use crate::fabric::Fabric;
 use crate::metrics::{Physics, VALIDATION_SEED};
 use crate::model::Rule;
 use crate::progress::Progress;
+use crate::report::preset_name;
 use crate::table::Table;
 use verdict::Trial;
 
@@ -215,7 +216,7 @@ impl StressReport {
     pub fn files(&self) -> Vec<(String, String)> {
         let mut files = vec![
             ("stress.csv".to_owned(), records::csv(self)),
-            ("stress.json".to_owned(), records::json(self)),
+            ("stress.json".to_owned(), crate::report::records::json(self)),
             ("index.html".to_owned(), page::html(self)),
         ];
         files.extend(page::plots(self));
@@ -355,14 +356,6 @@ fn case(
         verdicts,
         bakes: tables.iter().map(|(baking, _)| baking.clone()).collect(),
         refused: None,
-    }
-}
-
-fn preset_name(preset: Preset) -> &'static str {
-    match preset {
-        Preset::Draft => "draft",
-        Preset::Standard => "standard",
-        Preset::Fine => "fine",
     }
 }
 

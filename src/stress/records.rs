@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use super::{Baking, Case, Extreme, StressReport, preset_name};
+use super::{Baking, Case, Extreme, StressReport};
 use crate::bake::Adapted;
+use crate::report::preset_name;
 
 #[derive(Serialize, Default)]
 struct Row<'a> {
@@ -83,11 +84,6 @@ fn rows<'a>(fabric: &'a str, case: &'a Case) -> Vec<Row<'a>> {
         });
     }
     rows
-}
-
-pub(super) fn json(report: &StressReport) -> String {
-    let text = serde_json::to_string_pretty(report).expect("numbers, names and lists are JSON");
-    text + "\n"
 }
 
 impl Baking {
