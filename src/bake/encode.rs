@@ -50,6 +50,8 @@ pub(super) fn fill_grid(
         channels *= axis.len();
     }
 
+    mirror_faces(&mut values, [n0, n1, n2], integrand.is_folded());
+
     let scale = [0, 1].map(|channel| {
         let magnitudes = values.iter().skip(channel).step_by(CHANNELS);
         let largest = magnitudes.fold(0.0, |largest: f64, value| largest.max(value.abs()));
@@ -71,4 +73,32 @@ pub(super) fn fill_grid(
         samples: Samples::store(encoding, stored),
         axes,
     })
+}
+
+/// Makes both sides of a face exactly the same where a pair crosses it by being mirrored: u₃ = 0, where φ_d changes its sign,
+/// and u₀ = ½ of a folded grid, where θ_d does. There the first coefficient along the axis is the value, the knots of u₂ and u₁
+/// lie evenly about ½, and the coefficients are even but for rounding, which would be a seam.
+fn mirror_faces(values: &mut [f64], [n0, n1, n2]: [usize; 3], folded: bool) {
+    let row = n0 * n1;
+    let rows = values.len() / (CHANNELS * row);
+    let mut even = |a: usize, b: usize| {
+        for channel in 0..CHANNELS {
+            let [a, b] = [a, b].map(|site| CHANNELS * site + channel);
+            let mean = 0.5 * (values[a] + values[b]);
+            (values[a], values[b]) = (mean, mean);
+        }
+    };
+    for k in 0..n2 / 2 {
+        for site in 0..row {
+            even(k * row + site, (n2 - 1 - k) * row + site);
+        }
+    }
+    if folded {
+        for plane in 0..rows {
+            for k in 0..n1 / 2 {
+                let [a, b] = [k, n1 - 1 - k].map(|k| n0 * (n1 * plane + k));
+                even(a, b);
+            }
+        }
+    }
 }

@@ -127,6 +127,8 @@ struct Scale {
     depth: u32,
     low: usize,
     has_kink: bool,
+    /// Whether knots lie evenly about the middle.
+    mirrored: bool,
 }
 
 impl Scale {
@@ -139,11 +141,13 @@ impl Scale {
             0
         };
         let depth = sharp.clamp(MIN_DEPTH, MAX_DEPTH);
-        let folded = k == 0 && folded;
+        let halved = k == 0 && folded;
         Self {
             depth,
-            low: if folded { 1 << (depth - 1) } else { 0 },
-            has_kink: Chart::KINKS[k] && !folded,
+            low: if halved { 1 << (depth - 1) } else { 0 },
+            has_kink: Chart::KINKS[k] && !halved,
+            // A face on which pairs are mirrored into each other looks the same from both sides only if splines on it do.
+            mirrored: k == 2 || k == 1 && folded,
         }
     }
 
@@ -224,9 +228,9 @@ impl Line {
 struct Ladder {
     scale: Scale,
     first: Vec<usize>,
-    /// Knots in the order in which they were added.
-    inserted: Vec<usize>,
-    /// Mean relative error along this axis, by the number of knots added.
+    /// Knots in the order in which they were added: one at a time, or one and its mirror image.
+    inserted: Vec<Vec<usize>>,
+    /// Mean relative error along this axis, by the number of additions.
     errors: Vec<f64>,
 }
 
@@ -238,16 +242,31 @@ impl Ladder {
         let samples = (lines.len() * scale.places().len()) as f64;
         loop {
             steps.check()?;
-            let cells = cell_errors(&scale, &knots, lines);
+            let mut cells = cell_errors(&scale, &knots, lines);
             errors.push(cells.iter().sum::<f64>() / samples);
+            if scale.mirrored {
+                // The image of a cell is halved with it.
+                let middle = cells.len() / 2;
+                let (lower, upper) = cells.split_at_mut(middle);
+                for (cell, image) in lower.iter_mut().zip(upper.iter_mut().rev()) {
+                    *cell += std::mem::take(image);
+                }
+            }
             // The middles of halves have to be samples, too.
             let divisible = (0..cells.len()).filter(|cell| knots[cell + 1] - knots[*cell] >= 4);
             let worst = divisible.max_by(|a, b| cells[*a].total_cmp(&cells[*b]));
             match worst {
-                Some(cell) if inserted.len() < MAX_LADDER => {
+                Some(cell) if knots.len() < MAX_LADDER => {
                     let middle = (knots[cell] + knots[cell + 1]) / 2;
-                    knots.insert(cell + 1, middle);
-                    inserted.push(middle);
+                    let image = (1 << scale.depth) - middle;
+                    let added = if scale.mirrored {
+                        vec![middle, image]
+                    } else {
+                        vec![middle]
+                    };
+                    knots.extend(&added);
+                    knots.sort_unstable();
+                    inserted.push(added);
                 }
                 _ => {
                     return Ok(Self {
@@ -267,7 +286,7 @@ impl Ladder {
     }
 
     fn axis(&self, inserted: usize) -> Axis {
-        let mut knots = [&self.first[..], &self.inserted[..inserted]].concat();
+        let mut knots = [&self.first[..], &self.inserted[..inserted].concat()].concat();
         knots.sort_unstable();
         self.scale.axis(&knots)
     }

@@ -16,6 +16,10 @@
 //!
 //! Where a range shrinks to nothing (|θ_h| = 90°: both directions along the thread; φ_h = 90°: both at the same side's
 //! horizon) its coordinate is ½. At a pole of the thread, which lies on the horizon, φ is 0 by convention of atan2.
+//! S and V grow from 0 in proportion to the height of directions in places of the faces, so that √S has an infinite slope there.
+//! Coordinates proportional to the root of that height (in u₁, u₂, u₃ or all of them) were tried and made the mean error 1.1 to 2
+//! times as large, since most of a face is no such place; dividing S and V by |wi + wr| made it up to 1.3 times as large.
+//!
 //! wi = wr is u₁ = u₂ = ½ and the mirror pair has θ_h = 0 and φ_h = 0: grid planes, not singularities.
 
 pub mod highlight;

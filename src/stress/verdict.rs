@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::fabric::Fabric;
-use crate::math::Vec3;
+use crate::math::{Vec3, normalized};
 use crate::metrics::{PairKind, protocol_pairs};
 use crate::model::{Model, Rule, Sadeghi};
 use crate::table::Table;
@@ -46,8 +46,9 @@ pub struct Verdict {
     /// values that the same rule takes in double precision over directions that differ by up to four such bits. Of the reference
     /// how far its tolerance of 1e-7 is from one of 1e-11, of a table how far a batch is from single lookups.
     pub deviation: Worst,
-    /// How much more, or less, a value changes than the model's between directions a millionth apart, where the model does not
-    /// itself jump there: a seam or a speck.
+    /// How much more, or less, a value changes than the model's between directions a millionth apart (near the horizon less: a
+    /// thousandth of their height), relative to the larger of the values, where the model does not itself jump there: a seam or
+    /// a speck.
     pub step: Worst,
     /// The mean and the largest relative error against the reference.
     pub mean_error: f64,
@@ -59,7 +60,7 @@ pub struct Verdict {
 pub(super) struct Trial<'a> {
     fabric: &'a Fabric,
     pairs: Vec<SinglePair>,
-    /// Each a millionth beside.
+    /// Each a little beside.
     neighbours: Vec<SinglePair>,
     truth: Vec<[f64; 3]>,
     beside: Vec<[f64; 3]>,
@@ -77,6 +78,9 @@ const ENOUGH: f64 = 1e-3;
 const DARK: f64 = 1e-30;
 /// How far neighbours are.
 const STEP: f64 = 1e-6;
+/// Nor are they further than this share of their height above the horizon. At heights of 1e-6 a millionth is no small step: angles
+/// about a thread change by half, and what a table's step over it shows is that its error changes.
+const STEP_OF_HEIGHT: f64 = 1e-3;
 /// Where the model changes by more than this share over such a step, or over the last bits, it jumps.
 const JUMP: f64 = 1e-3;
 const TIGHT: Rule = Rule::Adaptive(1e-11);
@@ -95,7 +99,12 @@ impl<'a> Trial<'a> {
         let neighbours: Vec<SinglePair> = pairs
             .iter()
             .enumerate()
-            .map(|(index, pair)| moved(pair, STEP, index).map(|w| w.map(|x| x as f32)))
+            .map(|(index, pair)| {
+                let lowest = f64::from(pair[0][2].min(pair[1][2]));
+                let step = STEP.min(STEP_OF_HEIGHT * lowest);
+                // Longer or shorter directions would be further from the pair than that.
+                moved(pair, step, index).map(|w| normalized(w).unwrap_or(w).map(|x| x as f32))
+            })
             .collect();
         let values = |pairs: &[SinglePair]| -> Vec<[f64; 3]> {
             pairs
@@ -219,15 +228,15 @@ impl<'a> Trial<'a> {
         let step = |index: usize| {
             let excess = |c: usize| {
                 let (from, to) = (model[0][index][c], model[1][index][c]);
-                let scale = from.max(to) + self.floor;
+                let (own_from, own_to) = (values[0][index][c], values[1][index][c]);
                 let step = to - from;
-                let jumps = step.abs() > JUMP * scale;
-                let own = values[1][index][c] - values[0][index][c];
+                let jumps = step.abs() > JUMP * (from.max(to) + self.floor);
                 if jumps || is_judged(index) {
-                    0.0
-                } else {
-                    (own - step).abs() / scale
+                    return 0.0;
                 }
+                // Against what is seen: where a value is off, that is its error and no step.
+                let seen = from.max(to).max(own_from).max(own_to) + self.floor;
+                (own_to - own_from - step).abs() / seen
             };
             (0..3).map(excess).fold(0.0, f64::max)
         };
