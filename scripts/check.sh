@@ -44,7 +44,8 @@ names_none_of "src/math" brdf chart table lookup fabric model metrics bake progr
 names_none_of "src/brdf src/chart" table lookup fabric model metrics bake progress report stress
 names_none_of "src/table" lookup fabric model metrics bake progress report stress
 names_none_of "src/lookup" fabric model metrics bake progress report stress
-names_none_of "src/fabric" chart table lookup model metrics bake progress report stress
+names_none_of "src/fabric" pattern chart table lookup model metrics bake progress report stress
+names_none_of "src/pattern" chart table lookup model metrics bake progress report stress
 names_none_of "src/model" chart table lookup metrics bake progress report stress
 names_none_of "src/metrics" bake report stress
 names_none_of "src/bake" report stress

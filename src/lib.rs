@@ -31,7 +31,7 @@
 //! # Modules
 //!
 //! Each names only those before it: [`math`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
-//! [`fabric`] ← [`model`] ← [`metrics`] ← [`bake`] ← [`report`], which also use the former. The tool uses only what is public here.
+//! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`bake`] ← [`report`], which also use the former. The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -39,7 +39,7 @@
 //! |---|---|
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
-//! | `bake` | [`fabric`], [`model`], [`metrics`], [`mod@bake`] |
+//! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@bake`] |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
 //! | `cli` | the tool; the default |
 //!
@@ -65,6 +65,8 @@ pub mod fabric;
 pub mod metrics;
 #[cfg(feature = "bake")]
 pub mod model;
+#[cfg(feature = "bake")]
+pub mod pattern;
 #[cfg(feature = "bake")]
 pub mod progress;
 #[cfg(feature = "report")]

@@ -5,10 +5,12 @@
 
 mod library;
 mod parse;
+pub(crate) mod source;
 mod text;
 
 pub use library::{LIBRARY, LibraryEntry, nearest_name};
-pub use parse::{FabricError, MAX_TOML_BYTES};
+pub use parse::MAX_TOML_BYTES;
+pub use source::FabricError;
 
 use crate::brdf::{Optics, Reweighting, TangentCurve, ThreadFrame};
 use crate::math::Real;
@@ -114,6 +116,22 @@ impl Fabric {
     /// The threads that cover some of the surface.
     pub fn visible_threads(&self) -> impl Iterator<Item = &Thread> {
         self.threads.iter().filter(|thread| thread.is_visible())
+    }
+
+    /// Whether one table serves both: all parameters but the albedos are the same.
+    pub fn is_dyed_like(&self, other: &Self) -> bool {
+        let undyed = |fabric: &Self| {
+            let threads = fabric.threads.iter().cloned().map(|thread| Thread {
+                albedo: [0.0; 3],
+                ..thread
+            });
+            (
+                fabric.reweighting,
+                fabric.sigma_u,
+                threads.collect::<Vec<_>>(),
+            )
+        };
+        undyed(self) == undyed(other)
     }
 
     /// 1 − Σa, the share of gaps.

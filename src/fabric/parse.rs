@@ -5,22 +5,9 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::source::{AlbedoToml, FabricError, Source};
 use super::{Fabric, Thread};
 use crate::brdf::{Optics, Reweighting, limits};
-
-/// What is wrong with a fabric's parameters, and where.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file}:{line}: {message}")]
-pub struct FabricError {
-    /// The file, or the name it was given.
-    pub file: String,
-    /// Line, from 1.
-    pub line: usize,
-    /// The key whose value is out of range, where there is one.
-    pub key: Option<String>,
-    /// What is wrong and what would be right.
-    pub message: String,
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -53,106 +40,13 @@ struct ThreadToml {
     tangent_lengths: Spanned<Vec<Spanned<f64>>>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AlbedoToml {
-    color: [f64; 3],
-    #[serde(default = "one")]
-    scale: f64,
-}
-
-fn one() -> f64 {
-    1.0
-}
-
 /// The most bytes of a fabric's text.
 pub const MAX_TOML_BYTES: usize = 1 << 20;
 /// More segments or threads than any cloth has; keeps hostile files cheap. Where n segments overlap they become up to
 /// 2n − 1, of which a table holds 4096.
 const MAX_SEGMENTS: usize = 2048;
 const MAX_THREADS: usize = 64;
-const MAX_NAME_BYTES: usize = 64;
 const DEFAULT_CORRELATION_WIDTH_DEG: f64 = 20.0;
-
-struct Source<'a> {
-    file: &'a str,
-    text: &'a str,
-}
-
-impl Source<'_> {
-    fn error(&self, offset: usize, key: Option<&str>, message: String) -> FabricError {
-        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-        FabricError {
-            file: self.file.to_owned(),
-            line,
-            key: key.map(str::to_owned),
-            message,
-        }
-    }
-
-    /// The value under `key` if `valid`, or an error saying that it `must`.
-    fn number(
-        &self,
-        key: &str,
-        value: &Spanned<f64>,
-        valid: impl Fn(f64) -> bool,
-        must: &str,
-    ) -> Result<f64, FabricError> {
-        let x = *value.get_ref();
-        if x.is_finite() && valid(x) {
-            Ok(x)
-        } else {
-            let message = format!("{key} = {x:?} must {must}");
-            Err(self.error(value.span().start, Some(key), message))
-        }
-    }
-
-    /// What the TOML parser says, with the key of the line that it says it of.
-    fn syntax_error(&self, error: &toml::de::Error) -> FabricError {
-        let offset = error
-            .span()
-            .map_or(0, |span| span.start)
-            .min(self.text.len());
-        let before = self.text.get(..offset).unwrap_or_default();
-        let line = before.rsplit('\n').next().unwrap_or_default();
-        let key = line
-            .split_once('=')
-            .map(|(key, _)| key.trim())
-            .filter(|key| !key.is_empty());
-        let message = match key {
-            Some(key) => format!("{key}: {}", error.message()),
-            None => error.message().to_owned(),
-        };
-        self.error(offset, key, message)
-    }
-
-    fn name(&self, key: &str, name: &str, at: usize) -> Result<String, FabricError> {
-        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
-        if !name.is_empty() && name.len() <= MAX_NAME_BYTES && name.chars().all(plain) {
-            Ok(name.to_owned())
-        } else {
-            let message = format!(
-                "{key}: \"{name}\" must be 1 to {MAX_NAME_BYTES} of the characters a-z 0-9 - _"
-            );
-            Err(self.error(at, Some(key), message))
-        }
-    }
-
-    fn albedo(&self, key: &str, value: &Spanned<AlbedoToml>) -> Result<[f64; 3], FabricError> {
-        let AlbedoToml { color, scale } = value.get_ref();
-        let albedo = color.map(|channel| channel * scale);
-        if albedo
-            .iter()
-            .all(|channel| limits::ALBEDO.contains(channel))
-        {
-            Ok(albedo)
-        } else {
-            let message = format!("{key}: color × scale = {albedo:?} must lie between 0 and 1000");
-            Err(self.error(value.span().start, Some(key), message))
-        }
-    }
-}
 
 pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fabric, FabricError> {
     let source = Source { file, text };

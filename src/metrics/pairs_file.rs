@@ -93,6 +93,8 @@ pub struct PairsFile {
     header: Cells,
     rows: Cells,
     directions: Vec<[[f64; 3]; 2]>,
+    /// What other columns were asked for, row by row.
+    numbers: Vec<f64>,
     not_unit: usize,
 }
 
@@ -102,7 +104,24 @@ impl PairsFile {
     /// # Errors
     /// What is wrong, with the column and the line. The first mistake ends the reading.
     pub fn read(input: impl Read, file: &str) -> Result<Self, PairsFileError> {
-        Reader::new(input, file).read()
+        Self::read_with(input, file, &[])
+    }
+
+    /// Reads a file that has other `columns` of numbers, too.
+    ///
+    /// # Errors
+    /// As [`PairsFile::read`].
+    pub fn read_with(
+        input: impl Read,
+        file: &str,
+        columns: &[&'static str],
+    ) -> Result<Self, PairsFileError> {
+        Reader::new(input, file, columns).read()
+    }
+
+    /// Of all rows the numbers in the columns that were asked for, row by row.
+    pub fn numbers(&self) -> &[f64] {
+        &self.numbers
     }
 
     /// The cells of the first line.
@@ -163,10 +182,12 @@ impl Cells {
 struct Reader<'a, R> {
     file: &'a str,
     csv: csv::Reader<Limited<R>>,
+    /// The columns that hold numbers, those of directions first.
+    columns: Vec<&'static str>,
 }
 
 impl<'a, R: Read> Reader<'a, R> {
-    fn new(input: R, file: &'a str) -> Self {
+    fn new(input: R, file: &'a str, others: &[&'static str]) -> Self {
         let limited = Limited {
             input,
             // One more than allowed, so that none left means too many.
@@ -176,6 +197,7 @@ impl<'a, R: Read> Reader<'a, R> {
         Self {
             file,
             csv: ReaderBuilder::new().has_headers(false).from_reader(limited),
+            columns: COLUMNS.iter().chain(others).copied().collect(),
         }
     }
 
@@ -187,19 +209,24 @@ impl<'a, R: Read> Reader<'a, R> {
             header: Cells::default(),
             rows: Cells::default(),
             directions: Vec::new(),
+            numbers: Vec::new(),
             not_unit: 0,
         };
         read.header.extend(&record);
+        let mut numbers = Vec::new();
         while self.next(&mut record)? {
             let line = record.position().map_or(0, csv::Position::line);
-            let [a, b, c, d, e, f] = self.numbers(&record, places, line)?;
+            self.numbers(&record, &places, line, &mut numbers)?;
+            let (directions, others) = numbers.split_at(COLUMNS.len());
+            let component = |k: usize| [0, 1, 2].map(|axis| directions[3 * k + axis]);
             let mut unit = |name, w| {
                 let (direction, is_unit) = self.unit(name, w, line)?;
                 read.not_unit += usize::from(!is_unit);
                 Ok(direction)
             };
-            let pair = [unit("wi", [a, b, c])?, unit("wr", [d, e, f])?];
+            let pair = [unit("wi", component(0))?, unit("wr", component(1))?];
             read.directions.push(pair);
+            read.numbers.extend(others);
             read.rows.extend(&record);
         }
         Ok(read)
@@ -223,15 +250,15 @@ impl<'a, R: Read> Reader<'a, R> {
         })
     }
 
-    /// In which cells of a record the components are.
-    fn places(&self, header: &StringRecord) -> Result<[usize; 6], PairsFileError> {
+    /// In which cells of a record the numbers are.
+    fn places(&self, header: &StringRecord) -> Result<Vec<usize>, PairsFileError> {
         let places_of = |name: &str| {
             let cells = header.iter().enumerate();
             let places = cells.filter(|(_, column)| column.trim() == name);
             places.map(|(place, _)| place).collect::<Vec<usize>>()
         };
-        let places = COLUMNS.map(places_of);
-        let columns = || COLUMNS.into_iter().zip(&places);
+        let places: Vec<Vec<usize>> = self.columns.iter().map(|name| places_of(name)).collect();
+        let columns = || self.columns.iter().copied().zip(&places);
         let file = || self.file.to_owned();
         let missing: Vec<&'static str> = columns()
             .filter(|(_, places)| places.is_empty())
@@ -245,20 +272,21 @@ impl<'a, R: Read> Reader<'a, R> {
             let file = file();
             return Err(PairsFileError::RepeatedColumn { file, column });
         }
-        Ok(places.map(|places| places[0]))
+        Ok(places.into_iter().map(|places| places[0]).collect())
     }
 
     fn numbers(
         &self,
         record: &StringRecord,
-        places: [usize; 6],
+        places: &[usize],
         line: u64,
-    ) -> Result<[f64; 6], PairsFileError> {
-        let mut numbers = [0.0; 6];
-        for ((number, place), column) in numbers.iter_mut().zip(places).zip(COLUMNS) {
-            let text = record.get(place).unwrap_or_default().trim();
-            *number = match text.parse::<f64>() {
-                Ok(number) if number.is_finite() => number,
+        numbers: &mut Vec<f64>,
+    ) -> Result<(), PairsFileError> {
+        numbers.clear();
+        for (place, column) in places.iter().zip(&self.columns) {
+            let text = record.get(*place).unwrap_or_default().trim();
+            match text.parse::<f64>() {
+                Ok(number) if number.is_finite() => numbers.push(number),
                 _ => {
                     return Err(PairsFileError::NotANumber {
                         file: self.file.to_owned(),
@@ -267,9 +295,9 @@ impl<'a, R: Read> Reader<'a, R> {
                         text: text.to_owned(),
                     });
                 }
-            };
+            }
         }
-        Ok(numbers)
+        Ok(())
     }
 
     /// A direction of unit length, and whether it had that before.

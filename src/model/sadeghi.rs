@@ -107,11 +107,16 @@ impl<R: Real> Sadeghi<R> {
         }
     }
 
+    /// ρ with other `albedos`, linear RGB, one per visible thread in the fabric's order; where they end, the fabric's own go on.
+    pub fn eval_cos_with(&self, albedos: &[[R; 3]], wi: Vec3<R>, wr: Vec3<R>) -> Vec3<R> {
+        self.weave(albedos, wi, wr, |_| {}, Thread::response).rho()
+    }
+
     /// S, V and the projection of every visible thread, Q, and ρ; all zero when either direction is not above the
     /// surface.
     pub fn components(&self, wi: Vec3<R>, wr: Vec3<R>) -> Components<R> {
         let mut threads = Vec::with_capacity(self.threads.len());
-        let weave = self.weave(wi, wr, |thread| threads.push(thread), Thread::response);
+        let weave = self.weave(&[], wi, wr, |thread| threads.push(thread), Thread::response);
         Components {
             threads,
             q: weave.q,
@@ -122,6 +127,7 @@ impl<R: Real> Sadeghi<R> {
     #[inline(always)]
     fn weave<L: Lanes>(
         &self,
+        albedos: &[[R; 3]],
         wi: Vec3<L>,
         wr: Vec3<L>,
         mut each_thread: impl FnMut(ThreadResponse<L>),
@@ -129,7 +135,8 @@ impl<R: Real> Sadeghi<R> {
     ) -> Weave<L> {
         let above = L::both(L::zero().lt(wi[2]), L::zero().lt(wr[2]));
         let mut weave = Weave::new(splat(self.gap), L::select(above, wr[2], L::zero()));
-        for thread in &self.threads {
+        for (index, thread) in self.threads.iter().enumerate() {
+            let albedo = albedos.get(index).unwrap_or(&thread.albedo);
             let frame = thread.frame.cast::<L>();
             let all = response(thread, self, frame.to_thread(wi), frame.to_thread(wr));
             let response = ThreadResponse {
@@ -139,11 +146,7 @@ impl<R: Real> Sadeghi<R> {
                 },
                 projection: L::select(above, all.projection, L::zero()),
             };
-            weave.add(
-                splat(thread.coverage),
-                each(thread.albedo, splat),
-                &response,
-            );
+            weave.add(splat(thread.coverage), each(*albedo, splat), &response);
             each_thread(response);
         }
         weave
@@ -219,7 +222,7 @@ impl<R: Real> Thread<R> {
 
 impl<R: Real> Model<R> for Sadeghi<R> {
     fn eval_cos(&self, wi: Vec3<R>, wr: Vec3<R>) -> Vec3<R> {
-        self.weave(wi, wr, |_| {}, Thread::response).rho()
+        self.eval_cos_with(&[], wi, wr)
     }
 }
 
@@ -278,6 +281,7 @@ impl PairFunction for InLanes<'_> {
     fn at<V: Vector, R: Row>(&self, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
         self.0
             .weave(
+                &[],
                 wi,
                 wr,
                 |_| {},

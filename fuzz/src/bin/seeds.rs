@@ -1,5 +1,5 @@
-//! Writes the seeds of every target into `fuzz/seeds/`: the library's fabrics, tables of every chart and encoding, files of
-//! pairs.
+//! Writes the seeds of every target into `fuzz/seeds/`: the library's fabrics, patterns and their images, tables of every chart and encoding,
+//! files of pairs.
 
 use std::fs;
 use std::io;
@@ -34,6 +34,7 @@ fn main() -> io::Result<()> {
         }
     }
     write_fabrics(&repository.join("tables/fabrics"), &folder("fabric")?)?;
+    write_patterns(&repository.join("tables/patterns"), &folder("pattern")?)?;
     write_pairs(&repository.join("tests/data"), &folder("pairs")?)?;
     for (extension, targets) in [
         ("sateen", &["table", "table_repaired"][..]),
@@ -130,6 +131,53 @@ fn with_stored_chunks(bytes: &[u8]) -> Option<Vec<u8>> {
 fn write_fabrics(from: &Path, to: &Path) -> io::Result<()> {
     for path in files(from)? {
         fs::copy(&path, to.join(path.file_name().unwrap_or_default()))?;
+    }
+    Ok(())
+}
+
+/// Patterns are followed by a NUL and the file that they name.
+fn write_patterns(from: &Path, to: &Path) -> io::Result<()> {
+    let wale = fs::read_to_string(from.join("corduroy-wale.toml"))?;
+    for path in files(from)? {
+        let text = fs::read_to_string(&path)?;
+        let name = path.file_name().unwrap_or_default();
+        fs::write(to.join(name), format!("{text}\0{wale}"))?;
+    }
+    let material = "[[material]]\nname = \"a\"\nfabric = \"denim\"\n";
+    let layouts = [
+        (
+            "checks",
+            "checks = { materials = [\"a\", \"a\"], size = [1, 2] }",
+        ),
+        (
+            "mask",
+            "mask = { image = \"i\", materials = [\"a\"], size = [1, 2] }",
+        ),
+        (
+            "albedo",
+            "albedo = { image = \"i\", material = \"a\", size = [1, 2], scale = 0.5, threads = [\"warp\"] }",
+        ),
+    ];
+    let image =
+        image::RgbImage::from_fn(3, 2, |x, y| image::Rgb([100 * x as u8, 200 * y as u8, 7]));
+    let image = image::DynamicImage::from(image);
+    for (layout_name, layout) in layouts {
+        for (format_name, format) in [
+            ("png", image::ImageFormat::Png),
+            ("exr", image::ImageFormat::OpenExr),
+        ] {
+            let mut bytes = io::Cursor::new(Vec::new());
+            let pixels = match format {
+                image::ImageFormat::Png => image.clone(),
+                _ => image.to_rgb32f().into(),
+            };
+            pixels
+                .write_to(&mut bytes, format)
+                .map_err(io::Error::other)?;
+            let mut seed = format!("name = \"p\"\n{layout}\n{material}\0").into_bytes();
+            seed.extend(bytes.into_inner());
+            fs::write(to.join(format!("{layout_name}-{format_name}")), seed)?;
+        }
     }
     Ok(())
 }

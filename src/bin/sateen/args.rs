@@ -42,8 +42,8 @@ pub(crate) struct FabricsArgs {
 /// Bake fabrics into tables and print the error of each.
 #[derive(clap::Args)]
 pub(crate) struct BakeArgs {
-    /// Names from the library, or TOML files.
-    #[arg(value_name = "FABRIC", required_unless_present = "all")]
+    /// Names from the library, or TOML files of fabrics; or of patterns, which are baked as the fabrics that they need.
+    #[arg(value_name = "FABRIC|PATTERN", required_unless_present = "all")]
     pub(crate) fabrics: Vec<String>,
     /// Bake the whole library.
     #[arg(long, conflicts_with = "fabrics")]
@@ -108,10 +108,10 @@ pub(crate) struct InfoArgs {
 /// warp, y weft, z normal. Appends rho_r, rho_g, rho_b: BRDF × cosine, 1/sr, linear RGB. Other columns pass through.
 #[derive(clap::Args)]
 pub(crate) struct EvalArgs {
-    /// A table, a name from the library, or a TOML file.
-    #[arg(value_name = "TABLE|FABRIC")]
+    /// A table, a name from the library, or the TOML file of a fabric or a pattern.
+    #[arg(value_name = "TABLE|FABRIC|PATTERN")]
     pub(crate) subject: String,
-    /// The CSV file of pairs, or - for stdin.
+    /// The CSV file of pairs, or - for stdin. For a pattern it has columns u and v, too.
     #[arg(long, value_name = "CSV")]
     pub(crate) pairs: PathBuf,
     /// The CSV file to write [default: stdout].
@@ -120,6 +120,9 @@ pub(crate) struct EvalArgs {
     /// table, midpoint:N (the thesis takes 50), quadrature:N (N placed tilts per segment) or reference [default: table for a table, else reference].
     #[arg(long, value_parser = parse_evaluator)]
     pub(crate) evaluator: Option<Evaluator>,
+    /// The folder of the tables that a pattern is evaluated with: what `bake PATTERN -o DIR` wrote.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) tables: Option<PathBuf>,
     /// Append S, V and P of every thread, and Q, too.
     #[arg(long)]
     pub(crate) components: bool,

@@ -16,15 +16,16 @@ use crate::output::{
     Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, print, print_json, say,
     sizes, use_threads,
 };
-use crate::subject::{load_fabric, load_table, provenance};
+use crate::subject::{load_fabrics, load_table, provenance};
 
 pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     use_threads(args.jobs)?;
     let fabrics: Vec<Fabric> = if args.all {
         LIBRARY.iter().map(LibraryEntry::load).collect()
     } else {
-        let load = |name: &String| load_fabric(name, args.variant.as_deref());
-        args.fabrics.iter().map(load).collect::<Result<_>>()?
+        let load = |name: &String| load_fabrics(name, args.variant.as_deref());
+        let loaded: Vec<Vec<Fabric>> = args.fabrics.iter().map(load).collect::<Result<_>>()?;
+        loaded.into_iter().flatten().collect()
     };
     let paths = output_paths(&fabrics, args.output.as_deref())?;
     let settings = settings(args);

@@ -4,25 +4,27 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use csv::{StringRecord, WriterBuilder};
 use rayon::prelude::*;
 use sateen::brdf::{Components, ThreadResponse};
+use sateen::fabric::Fabric;
 use sateen::metrics::PairsFile;
 use sateen::model::{Rule, Sadeghi};
+use sateen::pattern::Pattern;
 use sateen::progress::{Cancelled, Progress};
 use sateen::table::Table;
 
 use crate::Outcome;
 use crate::args::{EvalArgs, Evaluator};
 use crate::output::{Bar, Output, Usage, go_on, print, say};
-use crate::subject::{Subject, provenance};
+use crate::subject::{Subject, load_table, provenance};
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     let subject = Subject::load(&args.subject, args.variant.as_deref())?;
     let source = Source::new(subject, args)?;
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
-    let input = read_pairs(&args.pairs)?;
+    let input = read_pairs(&args.pairs, source.place_columns())?;
     if input.not_unit() > 0 {
         say(&format!(
             "{} directions were not of unit length and have been normalized",
@@ -52,9 +54,16 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     let values: Vec<Vec<f64>> = input
         .directions()
         .par_iter()
-        .map(|[wi, wr]| {
+        .enumerate()
+        .map(|(row, [wi, wr])| {
             evaluated.advance()?;
-            Ok(source.values(*wi, *wr, args.components))
+            let place = input.numbers().get(2 * row..2 * row + 2);
+            Ok(match (&source.evaluation, place) {
+                (Evaluation::Pattern(pattern, parts), Some(place)) => {
+                    rho_at(pattern, parts, place, *wi, *wr)
+                }
+                _ => source.values(*wi, *wr, args.components),
+            })
         })
         .collect::<Result<_, Cancelled>>()?;
     let written = progress.part(0.9, 1.0).steps(values.len());
@@ -88,10 +97,90 @@ struct Source {
 enum Evaluation {
     Table(Box<Table>),
     Direct(Sadeghi<f64>),
+    /// With a table or model for each of [`Pattern::bakes`].
+    Pattern(Box<Pattern>, Vec<Evaluation>),
+}
+
+/// ρ of a pattern at (u, v).
+fn rho_at(
+    pattern: &Pattern,
+    parts: &[Evaluation],
+    place: &[f64],
+    wi: [f64; 3],
+    wr: [f64; 3],
+) -> Vec<f64> {
+    let place = pattern.at(place[0], place[1]);
+    let single = |w: [f64; 3]| w.map(|x| x as f32);
+    let rho = match &parts[place.material.bake] {
+        Evaluation::Direct(model) => {
+            let albedos: Vec<[f64; 3]> = place.albedos.iter().map(|a| a.map(f64::from)).collect();
+            model.eval_cos_with(&albedos, wi, wr)
+        }
+        Evaluation::Table(table) => table
+            .eval_cos_with(&place.albedos, single(wi), single(wr))
+            .map(f64::from),
+        Evaluation::Pattern(..) => unreachable!("patterns are made of fabrics"),
+    };
+    rho.to_vec()
+}
+
+/// A table or model for every fabric that a pattern needs.
+fn pattern_parts(pattern: &Pattern, args: &EvalArgs) -> Result<Vec<Evaluation>> {
+    if args.components {
+        let message =
+            "--components is for one fabric; a pattern's materials have threads of their own";
+        return Err(Usage(message.to_owned()).into());
+    }
+    let rule = match (args.evaluator, &args.tables) {
+        (Some(Evaluator::Table) | None, Some(folder)) => {
+            let load = |fabric: &Fabric| {
+                let path = folder.join(format!("{}.sateen", fabric.name));
+                let (table, _) = load_table(&path)?;
+                let (_, baked) = provenance(&table, &path)?;
+                if !baked.is_dyed_like(fabric) {
+                    bail!(
+                        "{} is not of the {} that {} names; bake the pattern again",
+                        path.display(),
+                        fabric.name,
+                        args.subject
+                    );
+                }
+                Ok(Evaluation::Table(Box::new(table)))
+            };
+            return pattern.bakes().map(load).collect();
+        }
+        (Some(Evaluator::Table), None) => {
+            let message = format!(
+                "--evaluator table of a pattern needs --tables DIR, where `sateen bake {} -o DIR` wrote",
+                args.subject
+            );
+            return Err(Usage(message).into());
+        }
+        (Some(Evaluator::Direct(_)), Some(_)) => {
+            let message = "--tables are for --evaluator table";
+            return Err(Usage(message.to_owned()).into());
+        }
+        (Some(Evaluator::Direct(rule)), None) => rule,
+        (None, None) => Rule::REFERENCE,
+    };
+    let model = |fabric: &Fabric| Evaluation::Direct(Sadeghi::new(fabric, rule));
+    Ok(pattern.bakes().map(model).collect())
 }
 
 impl Source {
     fn new(subject: Subject, args: &EvalArgs) -> Result<Self> {
+        if let Subject::Pattern(pattern) = subject {
+            let parts = pattern_parts(&pattern, args)?;
+            return Ok(Self {
+                evaluation: Evaluation::Pattern(pattern, parts),
+                threads: Vec::new(),
+                columns: Vec::new(),
+            });
+        }
+        if args.tables.is_some() {
+            let message = format!("--tables is for patterns, but {} is none", args.subject);
+            return Err(Usage(message).into());
+        }
         let (evaluation, threads) = match (subject, args.evaluator) {
             (Subject::Table(table), None | Some(Evaluator::Table)) => {
                 let threads = table
@@ -112,6 +201,7 @@ impl Source {
                 let fabric = match subject {
                     Subject::Fabric(fabric) => fabric,
                     Subject::Table(table) => provenance(&table, Path::new(&args.subject))?.1,
+                    Subject::Pattern(_) => unreachable!("returned above"),
                 };
                 let rule = match evaluator {
                     Some(Evaluator::Direct(rule)) => rule,
@@ -138,12 +228,21 @@ impl Source {
         })
     }
 
+    /// The columns that say where on the cloth a pair is.
+    fn place_columns(&self) -> &'static [&'static str] {
+        match self.evaluation {
+            Evaluation::Pattern(..) => &["u", "v"],
+            _ => &[],
+        }
+    }
+
     /// The columns to append.
     fn values(&self, wi: [f64; 3], wr: [f64; 3], components: bool) -> Vec<f64> {
         let single = |w: [f64; 3]| w.map(|x| x as f32);
         let Components { threads, q, rho } = match &self.evaluation {
             Evaluation::Direct(model) => model.components(wi, wr),
             Evaluation::Table(table) => table.components(single(wi), single(wr)).cast(),
+            Evaluation::Pattern(..) => unreachable!("it is evaluated at a place"),
         };
         let mut values = Vec::new();
         if components {
@@ -162,16 +261,18 @@ impl Source {
     }
 }
 
-fn read_pairs(path: &Path) -> Result<PairsFile> {
+fn read_pairs(path: &Path, columns: &[&'static str]) -> Result<PairsFile> {
     let name = path.display().to_string();
     if path == Path::new("-") {
-        return Ok(PairsFile::read(
-            UntilInterrupted(io::stdin().lock()),
-            &name,
-        )?);
+        let stdin = UntilInterrupted(io::stdin().lock());
+        return Ok(PairsFile::read_with(stdin, &name, columns)?);
     }
     let file = File::open(path).with_context(|| format!("cannot read the pairs {name}"))?;
-    Ok(PairsFile::read(UntilInterrupted(file), &name)?)
+    Ok(PairsFile::read_with(
+        UntilInterrupted(file),
+        &name,
+        columns,
+    )?)
 }
 
 /// A long file that is read until the work is interrupted.

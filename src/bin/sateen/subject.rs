@@ -7,6 +7,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use sateen::bake::Provenance;
 use sateen::fabric::{Fabric, MAX_TOML_BYTES, nearest_name};
+use sateen::pattern::{MAX_IMAGE_BYTES, Pattern};
 use sateen::table::{MAX_DECODED_BYTES, Table};
 
 use crate::output::{Output, Usage, say};
@@ -19,10 +20,11 @@ const MAX_TABLE_BYTES: u64 = 2 * MAX_DECODED_BYTES;
 pub(crate) enum Subject {
     Fabric(Fabric),
     Table(Box<Table>),
+    Pattern(Box<Pattern>),
 }
 
 impl Subject {
-    /// A library name, a TOML file or a table.
+    /// A library name, the TOML file of a fabric or a pattern, or a table.
     pub(crate) fn load(argument: &str, variant: Option<&str>) -> Result<Self> {
         if Fabric::from_library(argument).is_some() || !Path::new(argument).exists() {
             if argument.ends_with(".sateen") {
@@ -41,8 +43,50 @@ impl Subject {
             let table = Table::from_bytes(&bytes)
                 .with_context(|| format!("cannot read the table {argument}"))?;
             Ok(Self::Table(Box::new(table)))
+        } else if is_pattern(&bytes) {
+            parse_pattern(&bytes, argument, variant).map(|pattern| Self::Pattern(Box::new(pattern)))
         } else {
             parse_fabric(&bytes, argument, variant).map(Self::Fabric)
+        }
+    }
+}
+
+/// Whether this is the text of a pattern, which has materials, rather than of a fabric, which has threads.
+fn is_pattern(bytes: &[u8]) -> bool {
+    let text = bytes.get(..MAX_TOML_BYTES).unwrap_or(bytes);
+    std::str::from_utf8(text)
+        .ok()
+        .and_then(|text| toml::from_str::<toml::Table>(text).ok())
+        .is_some_and(|table| table.contains_key("material"))
+}
+
+/// Fabrics and images that the pattern names are looked for beside it.
+fn parse_pattern(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<Pattern> {
+    if variant.is_some() {
+        let message = "--variant is for a fabric; a pattern's materials have a variant each";
+        return Err(Usage(message.to_owned()).into());
+    }
+    let folder = Path::new(argument).parent().unwrap_or(Path::new(""));
+    let files = |name: &str| {
+        let file = File::open(folder.join(name))?;
+        let mut bytes = Vec::new();
+        // One more than allowed, for the reader to refuse.
+        file.take(MAX_IMAGE_BYTES as u64 + 1)
+            .read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    let text = std::str::from_utf8(bytes).context("a pattern is text")?;
+    Ok(Pattern::from_toml(text, argument, &files)?)
+}
+
+/// The fabrics that an argument of `bake` stands for: a library name, a TOML file, or what a pattern needs tables of.
+pub(crate) fn load_fabrics(argument: &str, variant: Option<&str>) -> Result<Vec<Fabric>> {
+    match Subject::load(argument, variant)? {
+        Subject::Fabric(fabric) => Ok(vec![fabric]),
+        Subject::Pattern(pattern) => Ok(pattern.bakes().cloned().collect()),
+        Subject::Table(_) => {
+            let message = format!("{argument} is a table already; name a fabric or a pattern");
+            Err(Usage(message).into())
         }
     }
 }

@@ -1,0 +1,120 @@
+//! TOML text that people write, and what is said of mistakes in it.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::brdf::limits;
+
+/// What is wrong with the text of a fabric or pattern, and where.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file}:{line}: {message}")]
+pub struct FabricError {
+    /// The file, or the name it was given.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// The key whose value is out of range, where there is one.
+    pub key: Option<String>,
+    /// What is wrong and what would be right.
+    pub message: String,
+}
+
+/// An albedo, `color` × `scale`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AlbedoToml {
+    color: [f64; 3],
+    #[serde(default = "one")]
+    scale: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+const MAX_NAME_BYTES: usize = 64;
+
+/// A text that is read.
+pub(crate) struct Source<'a> {
+    pub(crate) file: &'a str,
+    pub(crate) text: &'a str,
+}
+
+impl Source<'_> {
+    pub(crate) fn error(&self, offset: usize, key: Option<&str>, message: String) -> FabricError {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        FabricError {
+            file: self.file.to_owned(),
+            line,
+            key: key.map(str::to_owned),
+            message,
+        }
+    }
+
+    /// The value under `key` if `valid`, or an error saying that it `must`.
+    pub(crate) fn number(
+        &self,
+        key: &str,
+        value: &Spanned<f64>,
+        valid: impl Fn(f64) -> bool,
+        must: &str,
+    ) -> Result<f64, FabricError> {
+        let x = *value.get_ref();
+        if x.is_finite() && valid(x) {
+            Ok(x)
+        } else {
+            let message = format!("{key} = {x:?} must {must}");
+            Err(self.error(value.span().start, Some(key), message))
+        }
+    }
+
+    /// What the TOML parser says, with the key of the line that it says it of.
+    pub(crate) fn syntax_error(&self, error: &toml::de::Error) -> FabricError {
+        let offset = error
+            .span()
+            .map_or(0, |span| span.start)
+            .min(self.text.len());
+        let before = self.text.get(..offset).unwrap_or_default();
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        let key = line
+            .split_once('=')
+            .map(|(key, _)| key.trim())
+            .filter(|key| !key.is_empty());
+        let message = match key {
+            Some(key) => format!("{key}: {}", error.message()),
+            None => error.message().to_owned(),
+        };
+        self.error(offset, key, message)
+    }
+
+    pub(crate) fn name(&self, key: &str, name: &str, at: usize) -> Result<String, FabricError> {
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+        if !name.is_empty() && name.len() <= MAX_NAME_BYTES && name.chars().all(plain) {
+            Ok(name.to_owned())
+        } else {
+            let message = format!(
+                "{key}: \"{name}\" must be 1 to {MAX_NAME_BYTES} of the characters a-z 0-9 - _"
+            );
+            Err(self.error(at, Some(key), message))
+        }
+    }
+
+    pub(crate) fn albedo(
+        &self,
+        key: &str,
+        value: &Spanned<AlbedoToml>,
+    ) -> Result<[f64; 3], FabricError> {
+        let AlbedoToml { color, scale } = value.get_ref();
+        let albedo = color.map(|channel| channel * scale);
+        if albedo
+            .iter()
+            .all(|channel| limits::ALBEDO.contains(channel))
+        {
+            Ok(albedo)
+        } else {
+            let message = format!("{key}: color × scale = {albedo:?} must lie between 0 and 1000");
+            Err(self.error(value.span().start, Some(key), message))
+        }
+    }
+}
