@@ -174,6 +174,7 @@ pub fn bake(
         threads,
         gap: fabric.gap() as f32,
         sigma_u: fabric.sigma_u as f32,
+        rho_scale: fabric.rho_scale as f32,
         reweighting: fabric.reweighting,
         metadata: String::new(),
     };

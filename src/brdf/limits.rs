@@ -12,5 +12,7 @@ pub const SIGMA_U: RangeInclusive<f64> = 0.0174..=20.0;
 pub const ALBEDO: RangeInclusive<f64> = 0.0..=1000.0;
 /// Coverage of a thread that is seen: down to where an f32 sum over threads forgets it.
 pub const COVERAGE: RangeInclusive<f64> = 1e-12..=1.0;
+/// What ρ may be scaled by, so that no more is reflected than arrives.
+pub const RHO_SCALE: RangeInclusive<f64> = 1e-4..=1.0;
 /// A segment narrower than this, radians (1e-4°), is one tilt: its width is lost in f32, and in any lobe.
 pub const SEGMENT_WIDTH: f64 = 1.74e-6;

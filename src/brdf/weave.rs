@@ -41,22 +41,26 @@ impl<R> ThreadResponse<R> {
 /// The sum over threads.
 ///
 /// ```text
-/// ρ = Σ a_j (S_j + V_j A_j) / Q                                   [Fecho13] 3.15, 3.16
+/// ρ = c Σ a_j (S_j + V_j A_j) / Q                                 [Fecho13] 3.15, 3.16
 /// Q = Σ a_j mean_t p_r(t) + (1 − Σ a_j)(wr·n)                              3.26
 /// ```
+///
+/// c is 1, or less where a fabric's parameters reflect more than arrives and shall not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weave<R> {
     /// Q so far.
     pub q: R,
+    scale: R,
     sum: [R; 3],
 }
 
 impl<R: Lanes> Weave<R> {
-    /// No threads yet: `gap` = 1 − Σa is seen under the cosine `cos_r` = wr·n.
+    /// No threads yet: `gap` = 1 − Σa is seen under the cosine `cos_r` = wr·n, and ρ is scaled by `scale`.
     #[inline(always)]
-    pub fn new(gap: R, cos_r: R) -> Self {
+    pub fn new(gap: R, cos_r: R, scale: R) -> Self {
         Self {
             q: gap * cos_r,
+            scale,
             sum: [R::zero(); 3],
         }
     }
@@ -80,7 +84,7 @@ impl<R: Lanes> Weave<R> {
             self.sum,
             #[inline(always)]
             |sum| {
-                let rho = (sum / self.q).max(R::zero()).min(R::of(MOST));
+                let rho = (self.scale * sum / self.q).max(R::zero()).min(R::of(MOST));
                 R::select(seen, rho, R::zero())
             },
         )

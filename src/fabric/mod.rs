@@ -28,6 +28,8 @@ pub struct Fabric {
     pub reweighting: Reweighting,
     /// Width of the correlation Gaussian u, radians.
     pub sigma_u: f64,
+    /// What ρ is multiplied by, 10⁻⁴ to 1: less than 1 keeps a fit from reflecting more than arrives.
+    pub rho_scale: f64,
     /// The threads; those of coverage 0 may be present and cost nothing.
     pub threads: Vec<Thread>,
     /// The TOML text that this was read from, which tables record as what made them.
@@ -128,6 +130,7 @@ impl Fabric {
             (
                 fabric.reweighting,
                 fabric.sigma_u,
+                fabric.rho_scale,
                 threads.collect::<Vec<_>>(),
             )
         };

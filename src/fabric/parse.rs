@@ -21,6 +21,8 @@ struct FabricToml {
     reweighting: Reweighting,
     #[serde(default)]
     correlation_width_deg: Option<Spanned<f64>>,
+    #[serde(default)]
+    rho_scale: Option<Spanned<f64>>,
     thread: Spanned<Vec<Spanned<ThreadToml>>>,
 }
 
@@ -66,6 +68,15 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
             width,
             |x| limits::SIGMA_U.contains(&x.to_radians()),
             "lie between 1 and 1000 degrees",
+        )?,
+    };
+    let rho_scale = match &raw.rho_scale {
+        None => 1.0,
+        Some(scale) => source.number(
+            "rho_scale",
+            scale,
+            |x| limits::RHO_SCALE.contains(&x),
+            "lie between 0.0001 and 1",
         )?,
     };
     let threads_at = raw.thread.span().start;
@@ -125,6 +136,7 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
         source: raw.source,
         reweighting: raw.reweighting,
         sigma_u: sigma_u.to_radians(),
+        rho_scale,
         threads,
         toml: text.to_owned(),
         variant: chosen,

@@ -20,6 +20,9 @@ fn write_fabric(text: &mut String, fabric: &Fabric) -> std::fmt::Result {
     writeln!(text, "reweighting = {reweighting}")?;
     let width = fabric.sigma_u.to_degrees();
     writeln!(text, "correlation_width_deg = {width:?}")?;
+    if fabric.rho_scale < 1.0 {
+        writeln!(text, "rho_scale = {:?}", fabric.rho_scale)?;
+    }
     fabric
         .threads
         .iter()

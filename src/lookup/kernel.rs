@@ -16,7 +16,11 @@ pub(super) fn weave<V: Vector, R: Row>(
     mut see: impl FnMut(ThreadResponse<V>),
 ) -> Weave<V> {
     let above = V::both(V::zero().lt(wi[2]), V::zero().lt(wr[2]));
-    let mut weave = Weave::new(splat(table.gap), V::select(above, wr[2], V::zero()));
+    let mut weave = Weave::new(
+        splat(table.gap),
+        V::select(above, wr[2], V::zero()),
+        splat(table.rho_scale),
+    );
     for (index, thread) in table.threads.iter().enumerate() {
         let albedo = albedos.get(index).unwrap_or(&thread.albedo);
         let ThreadResponse {

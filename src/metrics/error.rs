@@ -51,7 +51,7 @@ pub struct ErrorReport {
 const GRAZING: f64 = 0.1;
 /// The share of the mean that keeps relative error meaningful where a fabric is dark.
 const FLOOR: f64 = 0.01;
-pub(super) const VIEW_ANGLES_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
+const VIEW_ANGLES_DEG: [f64; 4] = [0.0, 30.0, 60.0, 80.0];
 /// Strata of z and azimuth for directional reflectance.
 const STRATA: (usize, usize) = (24, 64);
 
@@ -229,15 +229,14 @@ pub(super) fn quantiles(mut errors: Vec<f64>) -> Quantiles {
 }
 
 /// To the viewer at an angle from the normal, half way between warp and weft.
-pub(super) fn viewer(view_deg: f64) -> [f64; 3] {
+fn viewer(view_deg: f64) -> [f64; 3] {
     let (sin, cos) = view_deg.to_radians().sin_cos();
     let diagonal = std::f64::consts::FRAC_1_SQRT_2;
     [sin * diagonal, sin * diagonal, cos]
 }
 
-/// Directions that each stand for the same solid angle of the hemisphere.
-pub(super) fn lights_and_solid_angle() -> (Vec<[f64; 3]>, f64) {
-    let (rows, columns) = STRATA;
+/// Directions in bands of z and azimuth, each of which stands for the same solid angle of the hemisphere.
+pub(super) fn lights_and_solid_angle((rows, columns): (usize, usize)) -> (Vec<[f64; 3]>, f64) {
     // Equal steps of z are equal solid angles.
     let light = |index: usize| {
         let z = ((index / columns) as f64 + 0.5) / rows as f64;
@@ -257,7 +256,7 @@ fn bias(
     steps: &Steps<'_>,
 ) -> Result<Bias, Cancelled> {
     let wr = viewer(view_deg);
-    let (lights, solid_angle) = lights_and_solid_angle();
+    let (lights, solid_angle) = lights_and_solid_angle(STRATA);
     let lights: Vec<([f64; 3], [f64; 3])> = lights
         .into_par_iter()
         .map(|wi| {

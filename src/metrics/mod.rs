@@ -10,12 +10,14 @@
 //! with ρ_D by direct integration in f64 to 1e-7. *Grazing* pairs have min(wi·n, wr·n) < 0.1. Directional reflectance at
 //! a view angle is ∫ ρ dwi, and its bias (R_T − R_D)/R_D is taken over the same directions for both.
 
+mod energy;
 mod error;
 mod pairs;
 mod pairs_file;
 mod physics;
 mod time;
 
+pub use energy::{Reflectance, ViewReflectance, conserving};
 pub use error::{Bias, ErrorReport, PairErrors, Quantiles, Truth, measure};
 pub use pairs::{Pair, PairKind, Pairs, protocol_pairs};
 pub use pairs_file::{MAX_CSV_BYTES, MAX_CSV_LINE_BYTES, PairsFile, PairsFileError};

@@ -5,7 +5,8 @@ use std::fmt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::error::{Quantiles, VIEW_ANGLES_DEG, lights_and_solid_angle, quantiles, viewer};
+use super::energy::Reflectance;
+use super::error::{Quantiles, quantiles};
 use super::pairs::protocol_pairs;
 use crate::fabric::Fabric;
 use crate::model::{Model, Rule, Sadeghi};
@@ -18,8 +19,8 @@ const PAIRS: usize = 2048;
 pub struct Physics {
     /// |f(wi, wr) − f(wr, wi)| over their mean, of the channel where it is largest.
     pub reciprocity: Quantiles,
-    /// ∫ ρ dwi of the brightest channel at 0°, 30°, 60° and 80° of view, in degrees and as a share of what arrives.
-    pub reflectance: Vec<(f64, f64)>,
+    /// How much of what arrives is sent on.
+    pub reflectance: Reflectance,
 }
 
 impl Physics {
@@ -39,25 +40,10 @@ impl Physics {
             .par_iter()
             .map(|pair| asymmetry(pair.wi, pair.wr))
             .collect();
-        let (lights, solid_angle) = lights_and_solid_angle();
-        let reflectance = VIEW_ANGLES_DEG.iter().map(|angle| {
-            let values: Vec<[f64; 3]> = lights
-                .par_iter()
-                .map(|wi| model.eval_cos(*wi, viewer(*angle)))
-                .collect();
-            let of_channel =
-                |c: usize| solid_angle * values.iter().map(|value| value[c]).sum::<f64>();
-            (*angle, (0..3).map(of_channel).fold(0.0, f64::max))
-        });
         Self {
             reciprocity: quantiles(reciprocity),
-            reflectance: reflectance.collect(),
+            reflectance: Reflectance::of_fabric(fabric),
         }
-    }
-
-    /// The most that is reflected of what arrives; above 1 energy is not conserved.
-    pub fn largest_reflectance(&self) -> f64 {
-        self.reflectance.iter().map(|(_, r)| *r).fold(0.0, f64::max)
     }
 }
 
@@ -65,23 +51,20 @@ impl Physics {
 impl fmt::Display for Physics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = |x: f64| format!("{:.0} %", 100.0 * x);
-        let angles: Vec<String> = self
-            .reflectance
-            .iter()
-            .map(|(angle, share)| format!("{} at {angle}°", percent(*share)))
-            .collect();
-        let energy = if self.largest_reflectance() > 1.0 {
-            "more than arrives, which is the model's doing and no error of a table"
-        } else {
+        let peak = self.reflectance.peak();
+        let energy = if self.reflectance.conserves_energy() {
             "no more than arrives"
+        } else {
+            "more than arrives, which is the model's doing and no error of a table"
         };
         write!(
             f,
             "The model itself is not reciprocal: exchanging light and viewer changes the BRDF by {} on average (99th \
-             percentile {}). It reflects {energy}: {}.",
+             percentile {}). It reflects {energy}: up to {} at {}°.",
             percent(self.reciprocity.mean),
             percent(self.reciprocity.p99),
-            angles.join(", ")
+            percent(peak.max),
+            peak.view_deg,
         )
     }
 }

@@ -37,6 +37,7 @@ impl Rule {
 pub struct Sadeghi<R> {
     threads: Vec<Thread<R>>,
     gap: R,
+    rho_scale: R,
     sigma_u: R,
     reweighting: Reweighting,
 }
@@ -102,6 +103,7 @@ impl<R: Real> Sadeghi<R> {
         Self {
             threads: threads.collect(),
             gap: R::of(fabric.gap()),
+            rho_scale: R::of(fabric.rho_scale),
             sigma_u: R::of(fabric.sigma_u),
             reweighting: fabric.reweighting,
         }
@@ -134,7 +136,11 @@ impl<R: Real> Sadeghi<R> {
         response: impl Fn(&Thread<R>, &Self, Vec3<L>, Vec3<L>) -> ThreadResponse<L>,
     ) -> Weave<L> {
         let above = L::both(L::zero().lt(wi[2]), L::zero().lt(wr[2]));
-        let mut weave = Weave::new(splat(self.gap), L::select(above, wr[2], L::zero()));
+        let mut weave = Weave::new(
+            splat(self.gap),
+            L::select(above, wr[2], L::zero()),
+            splat(self.rho_scale),
+        );
         for (index, thread) in self.threads.iter().enumerate() {
             let albedo = albedos.get(index).unwrap_or(&thread.albedo);
             let frame = thread.frame.cast::<L>();

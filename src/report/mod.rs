@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bake::{BakeError, Preset};
 use crate::fabric::Fabric;
-use crate::metrics::{DEFAULT_PAIRS, PairErrors, Pairs, Truth, VALIDATION_SEED, median};
+use crate::metrics::{DEFAULT_PAIRS, PairErrors, Pairs, Physics, Truth, VALIDATION_SEED, median};
 use crate::progress::{Cancelled, Progress};
 use crate::table::{Encoding, Error};
 
@@ -110,6 +110,8 @@ pub struct FabricReport {
     pub fabric: String,
     /// One line for people.
     pub title: String,
+    /// How far the model itself is from reciprocity and from conserving energy.
+    pub physics: Physics,
     /// Every evaluator.
     pub evaluators: Vec<Measurement>,
     /// Where the table errs that [`FabricReport::headline`] gives; empty if it is exact.
@@ -227,6 +229,7 @@ pub fn measure(
     let mut report = FabricReport {
         fabric: fabric.name.clone(),
         title: fabric.title.clone(),
+        physics: Physics::of(fabric),
         evaluators: Vec::new(),
         heat: Vec::new(),
     };

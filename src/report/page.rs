@@ -118,6 +118,7 @@ fn section(fabric: &FabricReport) -> Markup {
         section id=(fabric.fabric) {
             h2 { (fabric.title) }
             p.lead { (fabric.summary()) }
+            p { (fabric.physics.to_string()) " Mean reflectance over azimuths, brightest channel: " (fabric.physics.reflectance.to_string()) "." }
             div.plots {
                 @for plot in plot::all(fabric) {
                     figure {

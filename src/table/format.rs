@@ -14,7 +14,7 @@ use crate::chart::Chart;
 /// Major version of the format: readers refuse what they do not know.
 pub const MAJOR: u16 = 2;
 /// Minor version of the format.
-pub const MINOR: u16 = 0;
+pub const MINOR: u16 = 1;
 /// The most memory that samples and metadata of one file may take, whatever its header says.
 pub const MAX_DECODED_BYTES: u64 = 256 << 20;
 
@@ -62,7 +62,7 @@ impl Table {
     /// asked for: decompressed planes, bytes and samples. A small file cannot ask for that much: zstd makes at most 32768
     /// bytes of one.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let header = header_of(bytes)?;
+        let (header, minor) = header_of(bytes)?;
         let mut reader = Reader {
             bytes: header,
             offset: CHECKED_FROM,
@@ -77,6 +77,16 @@ impl Table {
         let sigma_u = reader.f32()?;
         if !limits::SIGMA_U.contains(&f64::from(sigma_u)) {
             return Err(reader.invalid("width of u"));
+        }
+        let rho_scale = match minor {
+            0 => 1.0,
+            _ => reader.f32()?,
+        };
+        // Rounded to an f32, the ends may be a little beyond.
+        if !(0.99 * limits::RHO_SCALE.start()..=*limits::RHO_SCALE.end())
+            .contains(&f64::from(rho_scale))
+        {
+            return Err(reader.invalid("scale of ρ"));
         }
         let thread_count = reader.count("number of threads", 0..=MAX_THREADS)?;
         let mut threads = Vec::new();
@@ -130,14 +140,15 @@ impl Table {
             threads: loaded,
             gap: (1.0 - coverage).max(0.0) as f32,
             sigma_u,
+            rho_scale,
             reweighting,
             metadata,
         })
     }
 }
 
-/// The header's bytes, complete and unchanged.
-fn header_of(bytes: &[u8]) -> Result<&[u8], Error> {
+/// The header's bytes, complete and unchanged, and the minor version.
+fn header_of(bytes: &[u8]) -> Result<(&[u8], u16), Error> {
     let magic = &bytes[..bytes.len().min(MAGIC.len())];
     if magic.is_empty() || magic != &MAGIC[..magic.len()] {
         return Err(Error::NotATable);
@@ -167,7 +178,7 @@ fn header_of(bytes: &[u8]) -> Result<&[u8], Error> {
     if crc32fast::hash(&header[CHECKED_FROM..]) != crc {
         return Err(Error::Checksum { part: "header" });
     }
-    Ok(header)
+    Ok((header, minor))
 }
 
 /// Chunks follow the header and each other, each at the next aligned offset, and nothing follows them.
@@ -661,6 +672,11 @@ mod write {
             body.push(u8::from(self.reweighting == Reweighting::Both));
             body.extend([0; 3]);
             body.extend(self.sigma_u.to_le_bytes());
+            // Tables that need nothing new can be read by what read them before.
+            let minor = if self.rho_scale == 1.0 { 0 } else { MINOR };
+            if minor > 0 {
+                body.extend(self.rho_scale.to_le_bytes());
+            }
             put_u32(&mut body, self.threads.len());
             for thread in &self.threads {
                 put_thread(&mut body, thread);
@@ -683,7 +699,7 @@ mod write {
             let mut bytes = Vec::with_capacity(end);
             bytes.extend(MAGIC);
             bytes.extend(MAJOR.to_le_bytes());
-            bytes.extend(MINOR.to_le_bytes());
+            bytes.extend(minor.to_le_bytes());
             put_u32(&mut bytes, header_length);
             bytes.extend(crc32fast::hash(&body).to_le_bytes());
             bytes.extend(body);

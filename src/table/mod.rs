@@ -60,6 +60,8 @@ pub struct Table {
     pub(crate) gap: f32,
     /// Width of u, radians.
     pub(crate) sigma_u: f32,
+    /// What ρ is multiplied by.
+    pub(crate) rho_scale: f32,
     pub(crate) reweighting: Reweighting,
     pub(crate) metadata: String,
 }
@@ -68,6 +70,11 @@ impl Table {
     /// The threads, in the fabric's order, without those of coverage 0.
     pub fn threads(&self) -> &[ThreadTable] {
         &self.threads
+    }
+
+    /// What ρ is multiplied by, so that no more is reflected than arrives: 1 unless the fabric says less.
+    pub fn rho_scale(&self) -> f32 {
+        self.rho_scale
     }
 
     /// How Q weighs tangents.

@@ -74,6 +74,9 @@ pub(crate) struct BakeArgs {
     /// How samples are stored [default: the preset's].
     #[arg(long, value_enum)]
     pub(crate) encoding: Option<EncodingArg>,
+    /// Whether ρ is scaled, so that the fabric reflects nowhere more than arrives, as several published fits do.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = EnergyArg::AsIs)]
+    pub(crate) energy: EnergyArg,
     /// When threads are evaluated directly instead of from a grid [default: worthwhile; cheaper with limits]. Direct threads
     /// are fast in batches; single pairs are faster from grids.
     #[arg(long, value_enum, value_name = "WHEN", conflicts_with_all = ["max_error", "max_ns"])]
@@ -265,6 +268,14 @@ impl From<ChartArg> for Chart {
             ChartArg::Highlight => Self::Highlight,
         }
     }
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum EnergyArg {
+    /// Not: what is published is baked.
+    AsIs,
+    /// By one factor, which the table records, where it is needed.
+    Clamp,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -6,27 +6,34 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use sateen::bake::{Budget, Preset, Promise, Provenance, Settings, bake_as_promised, bake_within};
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
+use sateen::metrics::conserving;
 use sateen::progress::Progress;
 use sateen::table::Table;
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::BakeArgs;
+use crate::args::{BakeArgs, EnergyArg};
 use crate::output::{
-    Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, print, print_json, say,
-    sizes, use_threads,
+    Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, go_on, print, print_json,
+    say, sizes, use_threads,
 };
 use crate::subject::{load_fabrics, load_table, provenance};
 
 pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     use_threads(args.jobs)?;
-    let fabrics: Vec<Fabric> = if args.all {
+    let mut fabrics: Vec<Fabric> = if args.all {
         LIBRARY.iter().map(LibraryEntry::load).collect()
     } else {
         let load = |name: &String| load_fabrics(name, args.variant.as_deref());
         let loaded: Vec<Vec<Fabric>> = args.fabrics.iter().map(load).collect::<Result<_>>()?;
         loaded.into_iter().flatten().collect()
     };
+    for fabric in &mut fabrics {
+        go_on()?;
+        if args.energy == EnergyArg::Clamp {
+            *fabric = conserving(fabric)?;
+        }
+    }
     let paths = output_paths(&fabrics, args.output.as_deref())?;
     let settings = settings(args);
     // Outputs are tried before any work begins.
@@ -89,6 +96,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                 "kept": false,
                 "within": within,
                 "adapted": provenance.adapted,
+                "rho_scale": fabric.rho_scale,
                 "decoded_bytes": table.decoded_bytes(),
                 "file_bytes": file_bytes,
                 "ns": cost.and_then(|cost| cost.ns),
@@ -112,8 +120,9 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             let ns = cost.and_then(|cost| cost.ns);
             let ns = ns.map_or(String::new(), |ns| format!(", {ns:.0} ns per pair"));
             let text = format!(
-                "{}: {sizes}{ns}, {seconds:.1} s\n{}{}{}",
+                "{}: {sizes}{ns}, {seconds:.1} s\n{}{}{}{}",
                 path.display(),
+                scale_line(fabric),
                 adapted_line(provenance.adapted),
                 choice_lines(&provenance.choices),
                 error_lines(&provenance.error)
@@ -125,6 +134,18 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         print_json(&Value::from(results))?;
     }
     Ok(outcome)
+}
+
+/// Says that ρ is scaled, if it is.
+fn scale_line(fabric: &Fabric) -> String {
+    if fabric.rho_scale < 1.0 {
+        format!(
+            "  scaled by {} so that no more is reflected than arrives\n",
+            fabric.rho_scale
+        )
+    } else {
+        String::new()
+    }
 }
 
 /// What a table that is not written misses, and what to do.
@@ -191,6 +212,7 @@ impl Kept {
             "kept": true,
             "within": true,
             "adapted": self.provenance.adapted,
+            "rho_scale": fabric.rho_scale,
             "decoded_bytes": self.decoded_bytes,
             "file_bytes": self.file_bytes,
             "ns": null,

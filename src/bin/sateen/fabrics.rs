@@ -43,6 +43,7 @@ fn fabric_json(fabric: &Fabric) -> Value {
         "source": fabric.source,
         "reweighting": fabric.reweighting,
         "correlation_width_deg": degrees(fabric.sigma_u),
+        "rho_scale": fabric.rho_scale,
         "threads": fabric.threads.iter().map(thread_json).collect::<Value>(),
     })
 }

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use sateen::bake::Provenance;
 use sateen::fabric::Fabric;
+use sateen::metrics::Reflectance;
 use sateen::table::{Axis, Grid, MAJOR, MINOR, Table, ThreadTable};
 use serde_json::{Value, json};
 
@@ -17,7 +18,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
     if args.toml {
         print(&provenance.fabric.toml)?;
     } else if args.json {
-        print_json(&info_json(&table, &provenance, file_bytes))?;
+        print_json(&info_json(&table, &provenance, &fabric, file_bytes))?;
     } else {
         print(&info_text(&table, &provenance, &fabric, file_bytes))?;
     }
@@ -42,6 +43,9 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         sizes(table.decoded_bytes(), file_bytes)
     );
     text += &format!("  projection {}\n", name_of(&table.reweighting()));
+    let reflectance = Reflectance::of_fabric(fabric);
+    text += &format!("  reflects   {reflectance}\n");
+    text += &energy_text(fabric, &reflectance);
     for thread in table.threads() {
         text += &thread_text(thread);
     }
@@ -53,6 +57,17 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         provenance.error.seed
     );
     text + &error_lines(&provenance.error)
+}
+
+fn energy_text(fabric: &Fabric, reflectance: &Reflectance) -> String {
+    let mut text = String::new();
+    if fabric.rho_scale < 1.0 {
+        text += &format!("             scaled by {}\n", fabric.rho_scale);
+    }
+    if !reflectance.conserves_energy() {
+        text += "             more than arrives: so are the parameters; `bake --energy clamp` scales ρ\n";
+    }
+    text
 }
 
 fn thread_text(thread: &ThreadTable) -> String {
@@ -104,7 +119,7 @@ fn name_of(value: &impl serde::Serialize) -> String {
         .unwrap_or_default()
 }
 
-fn info_json(table: &Table, provenance: &Provenance, file_bytes: usize) -> Value {
+fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes: usize) -> Value {
     let axis = |(axis, name): (&Axis, &str)| json!({ "name": name, "coefficients": axis.len(), "knots": axis.knots().collect::<Vec<f64>>() });
     let grid = |grid: &Grid| {
         json!({
@@ -140,6 +155,8 @@ fn info_json(table: &Table, provenance: &Provenance, file_bytes: usize) -> Value
         "file_bytes": file_bytes,
         "decoded_bytes": table.decoded_bytes(),
         "reweighting": table.reweighting(),
+        "rho_scale": table.rho_scale(),
+        "reflectance": Reflectance::of_fabric(fabric),
         "threads": table.threads().iter().map(thread).collect::<Value>(),
         "tool": provenance.tool,
         "settings": provenance.settings,
