@@ -40,13 +40,14 @@ names_none_of() {
         fi
     done
 }
-names_none_of "src/math" brdf chart table lookup fabric model metrics bake progress report stress
-names_none_of "src/brdf src/chart" table lookup fabric model metrics bake progress report stress
-names_none_of "src/table" lookup fabric model metrics bake progress report stress
-names_none_of "src/lookup" fabric model metrics bake progress report stress
-names_none_of "src/fabric" pattern chart table lookup model metrics bake progress report stress
-names_none_of "src/pattern" chart table lookup model metrics bake progress report stress
-names_none_of "src/model" chart table lookup metrics bake progress report stress
-names_none_of "src/metrics" bake report stress
-names_none_of "src/bake" report stress
+names_none_of "src/math" brdf chart table lookup fabric model metrics fit bake progress report stress
+names_none_of "src/brdf src/chart" table lookup fabric model metrics fit bake progress report stress
+names_none_of "src/table" lookup fabric model metrics fit bake progress report stress
+names_none_of "src/lookup" fabric model metrics fit bake progress report stress
+names_none_of "src/fabric" pattern chart table lookup model metrics fit bake progress report stress
+names_none_of "src/pattern" chart table lookup model metrics fit bake progress report stress
+names_none_of "src/model" chart table lookup metrics fit bake progress report stress
+names_none_of "src/metrics" fit bake report stress
+names_none_of "src/fit" chart table lookup bake report stress
+names_none_of "src/bake" fit report stress
 names_none_of "src/report" stress

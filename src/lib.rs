@@ -31,7 +31,7 @@
 //! # Modules
 //!
 //! Each names only those before it: [`math`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
-//! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`bake`] ← [`report`], which also use the former. The tool uses only what is public here.
+//! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`], which also use the former. The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -39,7 +39,7 @@
 //! |---|---|
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
-//! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@bake`] |
+//! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
 //! | `cli` | the tool; the default |
 //!
@@ -61,6 +61,8 @@ pub mod table;
 pub mod bake;
 #[cfg(feature = "bake")]
 pub mod fabric;
+#[cfg(feature = "bake")]
+pub mod fit;
 #[cfg(feature = "bake")]
 pub mod metrics;
 #[cfg(feature = "bake")]

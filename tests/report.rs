@@ -112,8 +112,8 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
     }
     assert_eq!(
         (count, lines.next()),
-        (32, None),
-        "sixteen evaluators per fabric"
+        (38, None),
+        "nineteen evaluators per fabric"
     );
 
     for (name, text) in &files {

@@ -4,11 +4,16 @@
 //! (\[Fecho13\] appendix A; \[SBDJ13\] table II). Angles are radians here and degrees in files.
 
 mod library;
+mod models;
 mod parse;
+mod sections;
 pub(crate) mod source;
 mod text;
 
 pub use library::{LIBRARY, LibraryEntry, nearest_name};
+pub use models::{
+    Distribution, FresnelTerm, Irawan, Lambert, Models, OrenNayar, Shadowing, TorranceSparrow, Yarn,
+};
 pub use parse::MAX_TOML_BYTES;
 pub use source::FabricError;
 
@@ -32,6 +37,8 @@ pub struct Fabric {
     pub rho_scale: f64,
     /// The threads; those of coverage 0 may be present and cost nothing.
     pub threads: Vec<Thread>,
+    /// Parameters of other models, to compare with.
+    pub models: Box<Models>,
     /// The TOML text that this was read from, which tables record as what made them.
     pub toml: String,
     /// The albedo variant that was chosen, where the text offers several.

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::models::Models;
+use super::sections::{self, IrawanToml, LambertToml, OrenNayarToml, TorranceSparrowToml};
 use super::source::{AlbedoToml, FabricError, Source};
 use super::{Fabric, Thread};
 use crate::brdf::{Optics, Reweighting, limits};
@@ -24,6 +26,10 @@ struct FabricToml {
     #[serde(default)]
     rho_scale: Option<Spanned<f64>>,
     thread: Spanned<Vec<Spanned<ThreadToml>>>,
+    lambert: Option<LambertToml>,
+    oren_nayar: Option<OrenNayarToml>,
+    torrance_sparrow: Option<TorranceSparrowToml>,
+    irawan: Option<IrawanToml>,
 }
 
 #[derive(Deserialize)]
@@ -118,6 +124,22 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
         threads.push(thread);
     }
 
+    let source = &source;
+    let models = Models {
+        lambert: (raw.lambert.as_ref())
+            .map(|raw| sections::lambert(source, raw))
+            .transpose()?,
+        oren_nayar: (raw.oren_nayar.as_ref())
+            .map(|raw| sections::oren_nayar(source, raw))
+            .transpose()?,
+        torrance_sparrow: (raw.torrance_sparrow.as_ref())
+            .map(|raw| sections::torrance_sparrow(source, raw))
+            .transpose()?,
+        irawan: (raw.irawan.as_ref())
+            .map(|raw| sections::irawan(source, raw))
+            .transpose()?,
+    };
+
     let base = source.name("name", raw.name.get_ref(), raw.name.span().start)?;
     let name = chosen
         .as_ref()
@@ -138,6 +160,7 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
         sigma_u: sigma_u.to_radians(),
         rho_scale,
         threads,
+        models: Box::new(models),
         toml: text.to_owned(),
         variant: chosen,
     })

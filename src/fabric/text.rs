@@ -26,7 +26,9 @@ fn write_fabric(text: &mut String, fabric: &Fabric) -> std::fmt::Result {
     fabric
         .threads
         .iter()
-        .try_for_each(|thread| write_thread(text, thread))
+        .try_for_each(|thread| write_thread(text, thread))?;
+    text.push_str(&fabric.models.to_toml());
+    Ok(())
 }
 
 fn write_thread(text: &mut String, thread: &Thread) -> std::fmt::Result {

@@ -90,8 +90,19 @@ impl Truth {
         let steps = progress.steps(count);
         let wanted = |pair| steps.check().map(|()| pair);
         let pairs = endless_pairs(fabric, seed).take(count).map(wanted);
-        let pairs: Vec<Pair> = pairs.collect::<Result<_, _>>()?;
-        let values = eval_pairs(&reference, &pairs, progress)?;
+        Self::of_model(&reference, pairs.collect::<Result<_, _>>()?, progress)
+    }
+
+    /// Takes any model for the truth on `pairs`.
+    ///
+    /// # Errors
+    /// When `progress` says stop.
+    pub fn of_model(
+        model: &dyn Model<f64>,
+        pairs: Vec<Pair>,
+        progress: Progress<'_>,
+    ) -> Result<Self, Cancelled> {
+        let values = eval_pairs(model, &pairs, progress)?;
         let mut floor = [0.0; 3];
         let mut renders = 0.0;
         for (pair, truth) in pairs.iter().zip(&values) {
@@ -112,6 +123,37 @@ impl Truth {
     /// The pairs, in the order of all values.
     pub fn pairs(&self) -> &[Pair] {
         &self.pairs
+    }
+
+    /// ρ of a model at each pair.
+    ///
+    /// # Errors
+    /// When `progress` says stop.
+    pub fn values_of(
+        &self,
+        model: &dyn Model<f64>,
+        progress: Progress<'_>,
+    ) -> Result<Vec<[f64; 3]>, Cancelled> {
+        eval_pairs(model, &self.pairs, progress)
+    }
+
+    /// The relative difference of ρ at each pair and channel, with its sign; none where all is dark.
+    ///
+    /// # Panics
+    /// When there is not one value per pair.
+    pub fn relative_residuals(&self, values: &[[f64; 3]]) -> Vec<f64> {
+        assert_eq!(values.len(), self.values.len(), "one value per pair");
+        let residual = |(truth, value): (&[f64; 3], &[f64; 3])| {
+            [0, 1, 2].map(|c| {
+                let size = truth[c] + self.floor[c];
+                if size > 0.0 {
+                    (value[c] - truth[c]) / size
+                } else {
+                    0.0
+                }
+            })
+        };
+        self.values.iter().zip(values).flat_map(residual).collect()
     }
 
     /// The relative error of ρ at each pair.

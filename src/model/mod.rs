@@ -1,10 +1,24 @@
-//! Direct evaluation of reflectance models: the truth that tables approximate.
+//! Direct evaluation of reflectance models: the truth that tables approximate, and what it is compared with.
+//!
+//! [`Sadeghi`] is the truth. [`Lambert`], [`OrenNayar`], [`TorranceSparrow`] and [`IrawanMarschner`] are the other models of
+//! \[Fecho13\] chapter 3, whose parameters a fabric's file may have.
 
 mod adaptive;
+mod irawan;
+mod kind;
+mod lambert;
+mod oren_nayar;
 mod sadeghi;
+mod torrance_sparrow;
+mod translate;
 
 pub use adaptive::{gauss_legendre, mean_response};
+pub use irawan::{IRAWAN_PRESETS, IrawanMarschner, IrawanPreset, SpineError};
+pub use kind::ModelKind;
 pub use sadeghi::{Rule, Sadeghi};
+pub use translate::irawan_of;
+
+pub use crate::fabric::{Lambert, OrenNayar, TorranceSparrow};
 
 use crate::brdf::without_cosine;
 use crate::math::{Real, Vec3};
@@ -18,4 +32,14 @@ pub trait Model<R: Real>: Sync {
     fn eval(&self, wi: Vec3<R>, wr: Vec3<R>) -> Vec3<R> {
         without_cosine(self.eval_cos(wi, wr), wi[2])
     }
+}
+
+/// Whether both directions are above the surface.
+fn are_above<R: Real>(wi: Vec3<R>, wr: Vec3<R>) -> bool {
+    R::zero() < wi[2] && R::zero() < wr[2]
+}
+
+/// `x` as light: no directions at all (NaN) give none, infinite ones the most there is.
+fn finite<R: Real>(x: R) -> R {
+    x.max(R::zero()).min(R::MAX)
 }

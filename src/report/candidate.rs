@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 use super::{Options, ReportError};
 use crate::bake::{Direct, Preset, Settings, bake};
 use crate::fabric::{Fabric, Thread};
+use crate::fit::{FitError, fit};
 use crate::metrics::Pairs;
-use crate::model::{Model, Rule, Sadeghi};
+use crate::model::{Model, ModelKind, Rule, Sadeghi};
 use crate::progress::Progress;
 use crate::table::{Encoding, Table};
 
@@ -29,6 +30,8 @@ pub enum Family {
     Quadrature,
     /// A baked table.
     Table,
+    /// The best fit of another model.
+    Fit,
 }
 
 /// Evaluates pairs: wi, wr, and where r, g and b of ρ go, all of the same length.
@@ -44,7 +47,7 @@ pub struct Candidate {
     pub batch: bool,
     /// Bytes that an evaluation reads, parameters aside: samples of tables, tilts of direct integration.
     pub decoded_bytes: usize,
-    /// Bytes of the file that it is made from: a table, or the fabric's TOML.
+    /// Bytes of the file that it is made from: a table, or the fabric's TOML. A fit has none yet.
     pub file_bytes: usize,
     eval: Box<Eval>,
 }
@@ -111,6 +114,13 @@ pub(super) fn of_fabric(
         .flat_map(|rule| direct(fabric, rule))
         .collect();
 
+    let (fitting, baking) = (progress.part(0.0, 0.3), progress.part(0.3, 1.0));
+    for (index, kind) in options.fits.iter().enumerate() {
+        let share = |index: usize| index as f64 / options.fits.len() as f64;
+        let part = fitting.part(share(index), share(index + 1));
+        candidates.push(fitted(fabric, *kind, part)?);
+    }
+
     let mut bakes = bakes(options);
     let has_grid = |thread: &Thread| !thread.tangents::<f64>().segments().is_empty();
     if !fabric.visible_threads().any(has_grid) {
@@ -122,7 +132,7 @@ pub(super) fn of_fabric(
     let mut done = 0.0;
     for (name, settings) in bakes {
         let end = done + cost(&settings) / total;
-        let table = bake(fabric, &settings, progress.part(done, end))?;
+        let table = bake(fabric, &settings, baking.part(done, end))?;
         done = end;
         candidates.extend(tables(&name, table)?);
     }
@@ -162,6 +172,20 @@ fn direct(fabric: &Fabric, rule: Rule) -> Vec<Candidate> {
             model.eval_cos_batch(wi, wr, rho);
         }),
     ]
+}
+
+/// The best fit of another model.
+fn fitted(
+    fabric: &Fabric,
+    kind: ModelKind,
+    progress: Progress<'_>,
+) -> Result<Candidate, ReportError> {
+    let models = fit(fabric, kind, progress)?.models;
+    let model = kind.prepare::<f32>(&models).map_err(FitError::from)?;
+    let model = model.expect("it was fitted");
+    let name = format!("fit:{}", kind.name());
+    let scalar = move |wi, wr| model.eval_cos(wi, wr);
+    Ok(Candidate::scalar(name, Family::Fit, (0, 0), scalar))
 }
 
 /// The evaluators of one table.

@@ -25,7 +25,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::bake::{BakeError, Preset};
 use crate::fabric::Fabric;
+use crate::fit::FitError;
 use crate::metrics::{DEFAULT_PAIRS, PairErrors, Pairs, Physics, Truth, VALIDATION_SEED, median};
+use crate::model::ModelKind;
 use crate::progress::{Cancelled, Progress};
 use crate::table::{Encoding, Error};
 
@@ -42,6 +44,8 @@ pub struct Options {
     pub sizes: Vec<usize>,
     /// Encodings of other tables to bake at the standard size.
     pub encodings: Vec<Encoding>,
+    /// Other models to fit.
+    pub fits: Vec<ModelKind>,
     /// Pairs to measure error on.
     pub pairs: usize,
     /// The seed that draws them.
@@ -63,6 +67,7 @@ impl Default for Options {
                 Encoding::SqrtF32,
                 Encoding::SqrtI8,
             ],
+            fits: ModelKind::ALL.to_vec(),
             pairs: DEFAULT_PAIRS,
             seed: VALIDATION_SEED,
             rounds: 9,
@@ -79,6 +84,8 @@ impl Options {
             presets: vec![Preset::Draft],
             sizes: Vec::new(),
             encodings: Vec::new(),
+            // Irawan's takes a while.
+            fits: ModelKind::ALL[..3].to_vec(),
             pairs: 512,
             rounds: 1,
             ..Self::default()
@@ -172,7 +179,7 @@ impl Report {
 }
 
 /// Why nothing was measured.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReportError {
     /// A table could not be baked.
     #[error(transparent)]
@@ -180,6 +187,9 @@ pub enum ReportError {
     /// A table could not be written.
     #[error(transparent)]
     Table(#[from] Error),
+    /// Another model could not be fitted.
+    #[error(transparent)]
+    Fit(#[from] FitError),
     /// The caller wants it no more.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

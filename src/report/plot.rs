@@ -17,15 +17,17 @@ pub(crate) const LINES: RGBColor = RGBColor(0xE5, 0xE7, 0xEB);
 pub(crate) const GREY: RGBColor = RGBColor(0x76, 0x7F, 0x8C);
 pub(crate) const ORANGE: RGBColor = RGBColor(0xD9, 0x6B, 0x06);
 pub(crate) const BLUE: RGBColor = RGBColor(0x1D, 0x5F, 0xD6);
+const GREEN: RGBColor = RGBColor(0x1B, 0x85, 0x4A);
 
 /// Every colour and what it is in the dark.
-const DARK: [(RGBColor, RGBColor); 6] = [
+const DARK: [(RGBColor, RGBColor); 7] = [
     (PAPER, RGBColor(0x15, 0x19, 0x20)),
     (INK, RGBColor(0xE4, 0xE7, 0xEC)),
     (LINES, RGBColor(0x2E, 0x35, 0x40)),
     (GREY, RGBColor(0x9A, 0xA4, 0xB2)),
     (ORANGE, RGBColor(0xF5, 0x9E, 0x42)),
     (BLUE, RGBColor(0x6A, 0xA5, 0xFF)),
+    (GREEN, RGBColor(0x5C, 0xC7, 0x8A)),
 ];
 
 /// Units of the drawing, half that in pixels on a phone.
@@ -255,6 +257,7 @@ fn legend<'a>(
         (Family::Midpoint, "midpoints"),
         (Family::Quadrature, "quadrature"),
         (Family::Table, "tables"),
+        (Family::Fit, "fits"),
     ] {
         for batch in [false, true] {
             if evaluators
@@ -291,6 +294,7 @@ fn colour(family: Family) -> RGBColor {
         Family::Midpoint => GREY,
         Family::Quadrature => ORANGE,
         Family::Table => BLUE,
+        Family::Fit => GREEN,
     }
 }
 

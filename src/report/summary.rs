@@ -148,6 +148,7 @@ fn in_words(evaluator: &Measurement) -> String {
         (Family::Quadrature, Some((_, nodes))) => {
             format!("direct integration with {nodes} placed nodes{batches}")
         }
+        (Family::Fit, Some((_, model))) => format!("the best fit of {model}"),
         (_, None) => format!("{name}{batches}"),
     }
 }

@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand, ValueEnum, value_parser};
 use sateen::bake::{Direct, Preset};
 use sateen::chart::Chart;
 use sateen::metrics::{DEFAULT_PAIRS, VALIDATION_SEED};
-use sateen::model::Rule;
+use sateen::model::{ModelKind, Rule};
 use sateen::table::Encoding;
 
 /// Bakes fabric BRDFs into small 4D tables, evaluates them, and tells what the approximation costs.
@@ -27,6 +27,7 @@ pub(crate) enum Verb {
     Info(InfoArgs),
     Eval(EvalArgs),
     Validate(ValidateArgs),
+    Fit(FitArgs),
     Report(ReportArgs),
     Stress(StressArgs),
 }
@@ -126,6 +127,10 @@ pub(crate) struct EvalArgs {
     /// The folder of the tables that a pattern is evaluated with: what `bake PATTERN -o DIR` wrote.
     #[arg(long, value_name = "DIR")]
     pub(crate) tables: Option<PathBuf>,
+    /// Which model of the fabric. Others than sadeghi have a section of their name in its TOML file, which `sateen fit` makes;
+    /// irawan is translated from the threads where there is none.
+    #[arg(long, value_enum, default_value_t = ModelArg::Sadeghi)]
+    pub(crate) model: ModelArg,
     /// Append S, V and P of every thread, and Q, too.
     #[arg(long)]
     pub(crate) components: bool,
@@ -157,6 +162,28 @@ pub(crate) struct ValidateArgs {
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Fit another model to a fabric.
+///
+/// Prints the section of its parameters and says what the mean relative error is, measured as `validate` measures tables.
+#[derive(clap::Args)]
+pub(crate) struct FitArgs {
+    /// The model to fit: lambert, oren-nayar, torrance-sparrow or irawan.
+    #[arg(value_name = "MODEL", value_parser = parse_model)]
+    pub(crate) model: ModelKind,
+    /// A name from the library, or a TOML file.
+    #[arg(value_name = "FABRIC")]
+    pub(crate) fabric: String,
+    /// The TOML file to write: the whole fabric with the section [default: the section to stdout].
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Which of the named albedos of a TOML file to fit to [default: the first by name].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
+    /// Threads to work with [default: all cores]. The result does not depend on it.
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
 }
 
 /// Measure error, time and bytes of every evaluator.
@@ -324,6 +351,31 @@ impl From<EncodingArg> for Encoding {
     }
 }
 
+/// A model to evaluate.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ModelArg {
+    /// The microcylinder model, of which tables are made.
+    Sadeghi,
+    Lambert,
+    OrenNayar,
+    TorranceSparrow,
+    /// Irawan and Marschner's, at large scale.
+    Irawan,
+}
+
+impl ModelArg {
+    /// One of the others than Sadeghi's.
+    pub(crate) fn other(self) -> Option<ModelKind> {
+        Some(match self {
+            Self::Sadeghi => return None,
+            Self::Lambert => ModelKind::Lambert,
+            Self::OrenNayar => ModelKind::OrenNayar,
+            Self::TorranceSparrow => ModelKind::TorranceSparrow,
+            Self::Irawan => ModelKind::Irawan,
+        })
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Evaluator {
     Table,
@@ -332,6 +384,14 @@ pub(crate) enum Evaluator {
 
 const MAX_MIDPOINTS: u32 = 1_000_000;
 const MAX_NODES: u32 = 64;
+
+fn parse_model(text: &str) -> Result<ModelKind, String> {
+    let named = ModelKind::ALL.into_iter().find(|kind| kind.name() == text);
+    named.ok_or_else(|| {
+        let names = ModelKind::ALL.map(ModelKind::name);
+        format!("it is one of {}", names.join(", "))
+    })
+}
 
 fn parse_evaluator(text: &str) -> Result<Evaluator, String> {
     let within = |count: &str, most: u32, rule: fn(u32) -> Rule| match count.parse() {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use sateen::brdf::{Components, ThreadResponse};
 use sateen::fabric::Fabric;
 use sateen::metrics::PairsFile;
-use sateen::model::{Rule, Sadeghi};
+use sateen::model::{Model, ModelKind, Rule, Sadeghi, irawan_of};
 use sateen::pattern::Pattern;
 use sateen::progress::{Cancelled, Progress};
 use sateen::table::Table;
@@ -57,13 +57,9 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
         .enumerate()
         .map(|(row, [wi, wr])| {
             evaluated.advance()?;
-            let place = input.numbers().get(2 * row..2 * row + 2);
-            Ok(match (&source.evaluation, place) {
-                (Evaluation::Pattern(pattern, parts), Some(place)) => {
-                    rho_at(pattern, parts, place, *wi, *wr)
-                }
-                _ => source.values(*wi, *wr, args.components),
-            })
+            let columns = source.place_columns().len();
+            let place = &input.numbers()[columns * row..columns * (row + 1)];
+            Ok(source.values(place, *wi, *wr, args.components))
         })
         .collect::<Result<_, Cancelled>>()?;
     let written = progress.part(0.9, 1.0).steps(values.len());
@@ -95,37 +91,51 @@ struct Source {
 }
 
 enum Evaluation {
-    Table(Box<Table>),
-    Direct(Sadeghi<f64>),
-    /// With a table or model for each of [`Pattern::bakes`].
-    Pattern(Box<Pattern>, Vec<Evaluation>),
+    Cloth(Cloth),
+    /// With a cloth for each of [`Pattern::bakes`].
+    Pattern(Box<Pattern>, Vec<Cloth>),
+    /// Another model than Sadeghi's.
+    Other(Box<dyn Model<f64> + Send>),
 }
 
-/// ρ of a pattern at (u, v).
-fn rho_at(
-    pattern: &Pattern,
-    parts: &[Evaluation],
-    place: &[f64],
-    wi: [f64; 3],
-    wr: [f64; 3],
-) -> Vec<f64> {
-    let place = pattern.at(place[0], place[1]);
-    let single = |w: [f64; 3]| w.map(|x| x as f32);
-    let rho = match &parts[place.material.bake] {
-        Evaluation::Direct(model) => {
-            let albedos: Vec<[f64; 3]> = place.albedos.iter().map(|a| a.map(f64::from)).collect();
-            model.eval_cos_with(&albedos, wi, wr)
+/// One fabric by Sadeghi's model.
+enum Cloth {
+    Table(Box<Table>),
+    Direct(Sadeghi<f64>),
+}
+
+impl Cloth {
+    fn components(&self, wi: [f64; 3], wr: [f64; 3]) -> Components<f64> {
+        match self {
+            Self::Table(table) => table.components(single(wi), single(wr)).cast(),
+            Self::Direct(model) => model.components(wi, wr),
         }
-        Evaluation::Table(table) => table
-            .eval_cos_with(&place.albedos, single(wi), single(wr))
-            .map(f64::from),
-        Evaluation::Pattern(..) => unreachable!("patterns are made of fabrics"),
-    };
-    rho.to_vec()
+    }
+
+    fn eval_cos_with(&self, albedos: &[[f32; 3]], wi: [f64; 3], wr: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Table(table) => {
+                let rho = table.eval_cos_with(albedos, single(wi), single(wr));
+                rho.map(f64::from)
+            }
+            Self::Direct(model) => {
+                let albedos: Vec<[f64; 3]> = albedos.iter().map(|a| a.map(f64::from)).collect();
+                model.eval_cos_with(&albedos, wi, wr)
+            }
+        }
+    }
+}
+
+fn single(w: [f64; 3]) -> [f32; 3] {
+    w.map(|x| x as f32)
 }
 
 /// A table or model for every fabric that a pattern needs.
-fn pattern_parts(pattern: &Pattern, args: &EvalArgs) -> Result<Vec<Evaluation>> {
+fn cloths_of(pattern: &Pattern, args: &EvalArgs) -> Result<Vec<Cloth>> {
+    if let Some(kind) = args.model.other() {
+        let message = format!("--model {} is for one fabric, not a pattern", kind.name());
+        return Err(Usage(message).into());
+    }
     if args.components {
         let message =
             "--components is for one fabric; a pattern's materials have threads of their own";
@@ -145,7 +155,7 @@ fn pattern_parts(pattern: &Pattern, args: &EvalArgs) -> Result<Vec<Evaluation>> 
                         args.subject
                     );
                 }
-                Ok(Evaluation::Table(Box::new(table)))
+                Ok(Cloth::Table(Box::new(table)))
             };
             return pattern.bakes().map(load).collect();
         }
@@ -163,16 +173,16 @@ fn pattern_parts(pattern: &Pattern, args: &EvalArgs) -> Result<Vec<Evaluation>> 
         (Some(Evaluator::Direct(rule)), None) => rule,
         (None, None) => Rule::REFERENCE,
     };
-    let model = |fabric: &Fabric| Evaluation::Direct(Sadeghi::new(fabric, rule));
+    let model = |fabric: &Fabric| Cloth::Direct(Sadeghi::new(fabric, rule));
     Ok(pattern.bakes().map(model).collect())
 }
 
 impl Source {
     fn new(subject: Subject, args: &EvalArgs) -> Result<Self> {
         if let Subject::Pattern(pattern) = subject {
-            let parts = pattern_parts(&pattern, args)?;
+            let cloths = cloths_of(&pattern, args)?;
             return Ok(Self {
-                evaluation: Evaluation::Pattern(pattern, parts),
+                evaluation: Evaluation::Pattern(pattern, cloths),
                 threads: Vec::new(),
                 columns: Vec::new(),
             });
@@ -181,14 +191,17 @@ impl Source {
             let message = format!("--tables is for patterns, but {} is none", args.subject);
             return Err(Usage(message).into());
         }
-        let (evaluation, threads) = match (subject, args.evaluator) {
+        if let Some(kind) = args.model.other() {
+            return Self::other(subject, kind, args);
+        }
+        let (cloth, threads) = match (subject, args.evaluator) {
             (Subject::Table(table), None | Some(Evaluator::Table)) => {
                 let threads = table
                     .threads()
                     .iter()
                     .map(|thread| thread.name().to_owned())
                     .collect();
-                (Evaluation::Table(table), threads)
+                (Cloth::Table(table), threads)
             }
             (Subject::Fabric(_), Some(Evaluator::Table)) => {
                 let message = format!(
@@ -198,11 +211,7 @@ impl Source {
                 return Err(Usage(message).into());
             }
             (subject, evaluator) => {
-                let fabric = match subject {
-                    Subject::Fabric(fabric) => fabric,
-                    Subject::Table(table) => provenance(&table, Path::new(&args.subject))?.1,
-                    Subject::Pattern(_) => unreachable!("returned above"),
-                };
+                let fabric = fabric_of(subject, args)?;
                 let rule = match evaluator {
                     Some(Evaluator::Direct(rule)) => rule,
                     _ => Rule::REFERENCE,
@@ -211,7 +220,7 @@ impl Source {
                     .visible_threads()
                     .map(|thread| thread.name.clone())
                     .collect();
-                (Evaluation::Direct(Sadeghi::new(&fabric, rule)), threads)
+                (Cloth::Direct(Sadeghi::new(&fabric, rule)), threads)
             }
         };
         let mut columns = vec!["warp".to_owned(), "weft".to_owned()];
@@ -222,9 +231,38 @@ impl Source {
                 .cloned(),
         );
         Ok(Self {
-            evaluation,
+            evaluation: Evaluation::Cloth(cloth),
             threads,
             columns,
+        })
+    }
+
+    /// Another model than the one that components and rules of integration are of.
+    fn other(subject: Subject, kind: ModelKind, args: &EvalArgs) -> Result<Self> {
+        let name = kind.name();
+        let flags = [
+            ("--components", args.components),
+            ("--evaluator", args.evaluator.is_some()),
+        ];
+        if let Some((flag, _)) = flags.iter().find(|(_, is_there)| *is_there) {
+            let message = format!("{flag} is for --model sadeghi, not {name}");
+            return Err(Usage(message).into());
+        }
+        let mut fabric = fabric_of(subject, args)?;
+        if kind == ModelKind::Irawan && fabric.models.irawan.is_none() {
+            fabric.models.irawan = Some(irawan_of(&fabric));
+        }
+        let Some(model) = kind.prepare(&fabric.models)? else {
+            let section = name.replace('-', "_");
+            bail!(
+                "{subject} has no section [{section}]; `sateen fit {name} {subject} -o FILE` writes it into one",
+                subject = args.subject
+            );
+        };
+        Ok(Self {
+            evaluation: Evaluation::Other(model),
+            threads: Vec::new(),
+            columns: Vec::new(),
         })
     }
 
@@ -236,14 +274,19 @@ impl Source {
         }
     }
 
-    /// The columns to append.
-    fn values(&self, wi: [f64; 3], wr: [f64; 3], components: bool) -> Vec<f64> {
-        let single = |w: [f64; 3]| w.map(|x| x as f32);
-        let Components { threads, q, rho } = match &self.evaluation {
-            Evaluation::Direct(model) => model.components(wi, wr),
-            Evaluation::Table(table) => table.components(single(wi), single(wr)).cast(),
-            Evaluation::Pattern(..) => unreachable!("it is evaluated at a place"),
+    /// What to append for a pair, at a place with the numbers in [`Source::place_columns`].
+    fn values(&self, place: &[f64], wi: [f64; 3], wr: [f64; 3], components: bool) -> Vec<f64> {
+        let cloth = match &self.evaluation {
+            Evaluation::Cloth(cloth) => cloth,
+            Evaluation::Pattern(pattern, cloths) => {
+                let number = |column: usize| place.get(column).copied().unwrap_or(0.0);
+                let place = pattern.at(number(0), number(1));
+                let cloth = &cloths[place.material.bake];
+                return cloth.eval_cos_with(&place.albedos, wi, wr).to_vec();
+            }
+            Evaluation::Other(model) => return model.eval_cos(wi, wr).to_vec(),
         };
+        let Components { threads, q, rho } = cloth.components(wi, wr);
         let mut values = Vec::new();
         if components {
             for column in &self.columns {
@@ -258,6 +301,15 @@ impl Source {
         }
         values.extend(rho);
         values
+    }
+}
+
+/// The fabric itself, or the one that a table was baked from.
+fn fabric_of(subject: Subject, args: &EvalArgs) -> Result<Fabric> {
+    match subject {
+        Subject::Fabric(fabric) => Ok(fabric),
+        Subject::Table(table) => Ok(provenance(&table, Path::new(&args.subject))?.1),
+        Subject::Pattern(pattern) => bail!("{} is a pattern, not a fabric", pattern.name),
     }
 }
 

@@ -6,6 +6,7 @@ mod args;
 mod bake;
 mod eval;
 mod fabrics;
+mod fit;
 mod info;
 mod output;
 mod report;
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         Verb::Info(args) => info::run(&args),
         Verb::Eval(args) => eval::run(&args),
         Verb::Validate(args) => validate::run(&args),
+        Verb::Fit(args) => fit::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Stress(args) => stress::run(&args),
     };

@@ -1,0 +1,49 @@
+//! `sateen fit`
+
+use anyhow::Result;
+use sateen::fabric::Models;
+use sateen::fit::fit;
+use sateen::model::ModelKind;
+use sateen::progress::Progress;
+
+use crate::Outcome;
+use crate::args::FitArgs;
+use crate::output::{Bar, Output, print, say, use_threads};
+use crate::subject::load_fabric;
+
+pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
+    use_threads(args.jobs)?;
+    let mut fabric = load_fabric(&args.fabric, args.variant.as_deref())?;
+    let output = args.output.as_deref().map(Output::prepare).transpose()?;
+
+    let mut bar = Bar::new(1);
+    bar.begin(&fabric.name);
+    let share = |share: f64| bar.report(share);
+    let fit = fit(&fabric, args.model, Progress::new(&share))?;
+    drop(bar);
+    say(&format!(
+        "{} of {}: relative error {:.1} % on average, {:.1} % at the 99th percentile",
+        args.model.name(),
+        fabric.name,
+        100.0 * fit.error.all.mean,
+        100.0 * fit.error.all.p99
+    ));
+    match output {
+        Some(output) => {
+            take(args.model, &mut fabric.models, fit.models);
+            output.write(fabric.to_toml().as_bytes())?;
+        }
+        None => print(fit.models.to_toml().trim_start())?,
+    }
+    Ok(Outcome::Done)
+}
+
+/// Puts the fitted model into the fabric's, and leaves the others.
+fn take(kind: ModelKind, models: &mut Models, fitted: Models) {
+    match kind {
+        ModelKind::Lambert => models.lambert = fitted.lambert,
+        ModelKind::OrenNayar => models.oren_nayar = fitted.oren_nayar,
+        ModelKind::TorranceSparrow => models.torrance_sparrow = fitted.torrance_sparrow,
+        ModelKind::Irawan => models.irawan = fitted.irawan,
+    }
+}
