@@ -318,9 +318,9 @@ fn slow(yarn: &Yarn, wi: [f64; 3], wr: [f64; 3]) -> f64 {
 
 #[test]
 fn the_integrals_are_those_of_many_midpoints() {
-    // The kinks of A lie anywhere in a staple yarn's domain, and at the ends of a filament's.
-    const STAPLE: f64 = 0.1;
-    const STAPLE_MEAN: f64 = 3e-3;
+    // Midpoints themselves err where a staple yarn's domain ends.
+    const STAPLE: f64 = 5e-3;
+    const STAPLE_MEAN: f64 = 1e-3;
     const FILAMENT: f64 = 1e-4;
     let pairs = pairs(200);
     for yarn in yarns() {

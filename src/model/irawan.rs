@@ -30,8 +30,8 @@
 //!
 //! What is integrated is bounded: |wi + wr| (n·h) = cos_i + cos_r, so that both factors of |wi + wr| can be taken into the
 //! cosines of A. Domains are cut where they end (at n·wi = 0 and n·wr = 0 of a filament, at |D| = 1 and |v| = π/2 of a staple
-//! yarn, where |sin(u − u_h)| is |sin ψ|/g and |sin ψ|, with g = √(h_y² + h_z²) and u_h = atan2(h_y, h_z)), and each piece
-//! has a Gauss–Legendre rule.
+//! yarn, where |sin(u − u_h)| is |sin ψ|/g and |sin ψ|, with g = √(h_y² + h_z²) and u_h = atan2(h_y, h_z); and where light or viewer
+//! set on it, which is searched for), and each piece has a Gauss–Legendre rule.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;
@@ -41,9 +41,11 @@ use crate::brdf::ThreadFrame;
 use crate::fabric::{Irawan, Yarn};
 use crate::math::{Real, Vec3, dot, normalized};
 
-/// Nodes per piece of a domain. Where a clamped cosine bends the integrand of a staple yarn this leaves some percent at pairs
-/// that graze from opposite sides, and a few thousandths on average.
+/// Nodes per piece of a domain.
 const ORDER: usize = 32;
+/// Places per piece at which is looked whether light and viewer are seen, and halvings to find where that changes.
+const PROBES: usize = 12;
+const HALVINGS: usize = 24;
 /// Pairs that N is the mean over: its error is about a hundredth of the spread over pairs.
 const PAIRS: u32 = 4096;
 /// Points of the circle that I_0 is the mean over. The error vanishes faster than any power while they lie closer than the
@@ -330,7 +332,8 @@ impl<R: Real> Segments<R> {
         ];
         ends.sort_by(|a, b| a.to_double().total_cmp(&b.to_double()));
 
-        let integrand = |u: R| {
+        // The lower cosine towards light and viewer, and the integrand.
+        let at = |u: R| {
             let (sin_u, cos_u) = u.sin_cos();
             let q = h[1] * sin_u + h[2] * cos_u;
             let size = (h[0] * h[0] + q * q).sqrt();
@@ -347,29 +350,76 @@ impl<R: Real> Segments<R> {
             if !(R::zero() < cos_v) {
                 return None;
             }
-            if !(R::zero() < cos_i && R::zero() < cos_r) {
-                return Some(R::zero());
+            let lower = cos_i.min(cos_r);
+            if !(R::zero() < lower) {
+                return Some((lower, R::zero()));
             }
             let shape = self.radius_of_curvature(sin_u, cos_u) + self.radius * cos_v;
             let both = cos_i + cos_r;
-            Some(shape * (cos_i / both) * (cos_r / both))
+            Some((lower, shape * (cos_i / both) * (cos_r / both)))
         };
         let mut sum = R::zero();
         for piece in ends.windows(2) {
-            let middle = R::of(0.5) * (piece[0] + piece[1]);
-            let half = R::of(0.5) * (piece[1] - piece[0]);
-            if !(R::zero() < half) || integrand(middle).is_none() {
+            let (middle, half) = middle_and_half(piece[0], piece[1]);
+            if !(R::zero() < half) || at(middle).is_none() {
                 continue;
             }
-            // u = middle + half sin τ: v has a root at |D| = 1.
-            for [node, weight] in SINES.iter() {
-                if let Some(value) = integrand(middle + half * R::of(*node)) {
-                    sum += R::of(*weight) * half * value;
+            let is_seen = |u: R| at(u).is_some_and(|(lower, _)| R::zero() < lower);
+            let mut seen_over = |from: R, to: R| {
+                if is_seen(middle_and_half(from, to).0) {
+                    sum += over(from, to, &at);
+                }
+            };
+            // Cut where light or viewer sets, too, which is where the integrand bends.
+            let mut from = piece[0];
+            for probe in 1..=PROBES {
+                let (before, here) = (place(piece, probe - 1), place(piece, probe));
+                if is_seen(before) != is_seen(here) {
+                    let cut = turn_between(before, here, &is_seen);
+                    seen_over(from, cut);
+                    from = cut;
                 }
             }
+            seen_over(from, piece[1]);
         }
         sum / twist
     }
+}
+
+fn middle_and_half<R: Real>(from: R, to: R) -> (R, R) {
+    (R::of(0.5) * (from + to), R::of(0.5) * (to - from))
+}
+
+/// One of the places in a piece, from just inside one end to just inside the other.
+fn place<R: Real>(piece: &[R], probe: usize) -> R {
+    let share = (probe as f64 / PROBES as f64).clamp(1e-4, 1.0 - 1e-4);
+    piece[0] + R::of(share) * (piece[1] - piece[0])
+}
+
+/// Where what holds at one end ceases to hold on the way to the other.
+fn turn_between<R: Real>(mut from: R, mut to: R, holds: &impl Fn(R) -> bool) -> R {
+    let begins = holds(from);
+    for _ in 0..HALVINGS {
+        let (middle, _) = middle_and_half(from, to);
+        if holds(middle) == begins {
+            from = middle;
+        } else {
+            to = middle;
+        }
+    }
+    to
+}
+
+/// ∫ between two ends, at which v may have a root (where |D| = 1): u = middle + half sin τ.
+fn over<R: Real>(from: R, to: R, at: &impl Fn(R) -> Option<(R, R)>) -> R {
+    let (middle, half) = middle_and_half(from, to);
+    let mut sum = R::zero();
+    for [node, weight] in SINES.iter() {
+        if let Some((_, value)) = at(middle + half * R::of(*node)) {
+            sum += R::of(*weight) * half * value;
+        }
+    }
+    sum
 }
 
 /// sin τ of the nodes τ on ±π/2, and their weights times cos τ.
