@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use sateen::bake::{Direct, Preset, Provenance, Settings, bake, bake_as_promised};
 use sateen::brdf::{Optics, TangentCurve, ThreadPair, fresnel};
 use sateen::fabric::Fabric;
-use sateen::metrics::protocol_pairs;
+use sateen::metrics::{Truth, protocol_pairs};
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
 use sateen::stress::{FabricStress, Geometry, Options, Sweep, Worst, stress};
@@ -160,6 +160,27 @@ fn placed_nodes_are_as_exact_for_the_narrowest_lobe() {
                 case.what
             );
         }
+    }
+}
+
+#[test]
+fn placed_nodes_find_a_volume_lobe_that_is_the_narrower() {
+    for (gamma_s_deg, gamma_v_deg) in [(10f64, 1f64), (10.0, 0.1), (1.0, 0.05), (20.0, 10.0)] {
+        let mut fabric = fabric("polyester-lining");
+        for thread in &mut fabric.threads {
+            let Optics { eta, k_d, .. } = thread.optics;
+            let [gamma_s, gamma_v] = [gamma_s_deg, gamma_v_deg].map(f64::to_radians);
+            thread.optics = Optics::new(eta, k_d, gamma_s, gamma_v);
+        }
+        let placed = Sadeghi::<f64>::new(&fabric, Rule::Quadrature(4));
+        let truth = Truth::new(&fabric, 2048, 5, Progress::silent()).unwrap();
+        let values: Vec<[f64; 3]> = truth
+            .pairs()
+            .iter()
+            .map(|pair| placed.eval_cos(pair.wi, pair.wr))
+            .collect();
+        let error = truth.errors_of(&values).all;
+        assert!(error.mean < 2e-2, "{gamma_s_deg} {gamma_v_deg}: {error:?}");
     }
 }
 

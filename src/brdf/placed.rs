@@ -7,7 +7,7 @@
 //! turn       (cos ψ_H, sin ψ_H) = (H_n, H_t)/|H_nt|,    x_i' = −x_r' = ±X                          H = wi + wr
 //! horizon    q_up = Z/(r+X) of the direction with x' > 0,  q_low = −(the same) of the other,   r = √(X²+Z²)
 //! ends       q = sin(o+ψ_H)/(1+cos(o+ψ_H)) of both ends o of the segment, within q_low…q_up
-//! map        q = w t/(1−t²),   w = ½ c γ_s/K,   K = |H_nt|/(2 cos θ_d) at β = 0,   c = 3 + N/2
+//! map        q = w t/(1−t²),   w = ½ c γ/K,  γ = min(γ_s, γ_v),   K = |H_nt|/(2 cos θ_d) at β = 0,   c = 3 + N/2
 //! nodes      t_k, ω_k: Gauss–Legendre between the ends' t;   dδ = 2 dq/(1+q²),   dq = w (1+t²)/(1−t²)² dt
 //! lobes      ∫ g(γ, θ_h) (m_i+m_r)/2 dδ = Φ(θ_h(b)/γ) − Φ(θ_h(a)/γ) = A(γ),   since dθ_h/dδ = (m_i+m_r)/2
 //!            S = A(γ_s) Σ ω S_k / Σ ω g(γ_s, θ_k)(m_i+m_r)/2;   V's lobe alike with γ_v;   its isotropic part Σ ω V_k
@@ -58,10 +58,10 @@ const TINY: f64 = 1e-30;
 const NARROW: f64 = 0.25;
 /// Width of the map that places nodes evenly.
 const EVEN: f64 = 4.0;
-/// From where on, in widths of a segment over γ_s, what is wide has nodes of its own. Where that begins to pay depends little on
+/// From where on, in widths of a segment over the smaller γ, what is wide has nodes of its own. Where that begins to pay depends little on
 /// N: at 250 both ways cost and err alike for 16 tilts, and for 8 tilts N = 4 + 4 errs a quarter of N = 8.
 const STIFF: f64 = 200.0;
-/// γ_v over γ_s from which on the volume lobe counts as wide.
+/// One γ over the other from which on its lobe counts as wide.
 const WIDE_LOBE: f64 = 8.0;
 /// Keeps slopes and half-angle tangents finite.
 const SMALL: f64 = 1e-6;
@@ -74,10 +74,11 @@ pub struct PlacedNodes<R> {
     nodes: Vec<[R; 2]>,
     /// c/2.
     half_reach: R,
-    /// Whether the surface lobe is so narrow that what is wide has nodes of its own …
+    /// Whether the narrower lobe is so narrow that what is wide has nodes of its own …
     is_stiff: bool,
-    /// … and whether the volume lobe is wide, too.
-    lobe_is_wide: bool,
+    /// … and whether the surface or the volume lobe is wide beside the other.
+    surface_is_wide: bool,
+    volume_is_wide: bool,
 }
 
 impl<R: Real> PlacedNodes<R> {
@@ -85,13 +86,15 @@ impl<R: Real> PlacedNodes<R> {
     pub fn new(curve: &TangentCurve<f64>, optics: &Optics<f64>, nodes: &[[f64; 2]]) -> Self {
         let width = |s: &tangent::Segment<f64>| s.to - s.from;
         let segment = |s: &tangent::Segment<f64>| Arc::new(s.from, s.to, s.weight / width(s));
+        let narrower = optics.gamma_s.min(optics.gamma_v);
         let widest = curve.segments().iter().map(width).fold(0.0, f64::max);
         Self {
             segments: curve.segments().iter().map(segment).collect(),
             nodes: nodes.iter().map(|node| node.map(R::of)).collect(),
             half_reach: R::of(0.5 * (3.0 + 0.5 * nodes.len() as f64)),
-            is_stiff: widest > STIFF * optics.gamma_s,
-            lobe_is_wide: optics.gamma_v > WIDE_LOBE * optics.gamma_s,
+            is_stiff: widest > STIFF * narrower,
+            surface_is_wide: optics.gamma_s > WIDE_LOBE * narrower,
+            volume_is_wide: optics.gamma_v > WIDE_LOBE * narrower,
         }
     }
 
@@ -100,7 +103,7 @@ impl<R: Real> PlacedNodes<R> {
         self.nodes.len()
     }
 
-    /// How many tilts per segment are evaluated: N, or 2 N where the surface lobe is narrow.
+    /// How many tilts per segment are evaluated: N, or 2 N where a lobe is narrow.
     pub fn tilts(&self) -> usize {
         self.count() * (1 + usize::from(self.is_stiff))
     }
@@ -203,7 +206,7 @@ impl<'a, L: Lanes> Highlight<'a, L> {
             sin,
             low: -horizon(x, z_first),
             up: horizon(x, z_last),
-            width: half_reach * optics.gamma_s / slope.max(L::of(1e-3)),
+            width: half_reach * optics.gamma_s.min(optics.gamma_v) / slope.max(L::of(1e-3)),
         }
     }
 
@@ -246,28 +249,28 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         let theta_a = self.theta_h(end(q_a), seen.first[0].cos, seen.last[0].cos);
         let theta_b = self.theta_h(end(q_b), seen.first[1].cos, seen.last[1].cos);
         let exact = |gamma: L, area: L| exactness(gamma, theta_a, theta_b, area);
-        let surface = near.surface * exact(optics.gamma_s, near.surface_area);
-        let lobe = near.lobe * exact(optics.gamma_v, near.volume_area);
+        let surface = |sums: &Sums<L>| sums.surface * exact(optics.gamma_s, sums.surface_area);
+        let lobe = |sums: &Sums<L>| sums.lobe * exact(optics.gamma_v, sums.volume_area);
         if !nodes.is_stiff {
             return Response {
-                surface,
-                volume: lobe + near.isotropic,
+                surface: surface(&near),
+                volume: lobe(&near) + near.isotropic,
             };
         }
-        let width = if nodes.lobe_is_wide {
-            self.width * optics.gamma_v / optics.gamma_s
+        let (narrower, wider) = (
+            optics.gamma_s.min(optics.gamma_v),
+            optics.gamma_s.max(optics.gamma_v),
+        );
+        let width = if nodes.surface_is_wide || nodes.volume_is_wide {
+            self.width * wider / narrower
         } else {
             L::of(EVEN)
         };
         let wide = self.sum(optics, &seen, q_a, q_b, width, &nodes.nodes);
-        let lobe = if nodes.lobe_is_wide {
-            wide.lobe * exact(optics.gamma_v, wide.volume_area)
-        } else {
-            lobe
-        };
+        let of = |is_wide: bool| if is_wide { &wide } else { &near };
         Response {
-            surface,
-            volume: lobe + wide.isotropic,
+            surface: surface(of(nodes.surface_is_wide)),
+            volume: lobe(of(nodes.volume_is_wide)) + wide.isotropic,
         }
     }
 

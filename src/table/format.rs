@@ -672,8 +672,7 @@ mod write {
             body.push(u8::from(self.reweighting == Reweighting::Both));
             body.extend([0; 3]);
             body.extend(self.sigma_u.to_le_bytes());
-            // Tables that need nothing new can be read by what read them before.
-            let minor = if self.rho_scale == 1.0 { 0 } else { MINOR };
+            let (major, minor) = self.format();
             if minor > 0 {
                 body.extend(self.rho_scale.to_le_bytes());
             }
@@ -698,7 +697,7 @@ mod write {
 
             let mut bytes = Vec::with_capacity(end);
             bytes.extend(MAGIC);
-            bytes.extend(MAJOR.to_le_bytes());
+            bytes.extend(major.to_le_bytes());
             bytes.extend(minor.to_le_bytes());
             put_u32(&mut bytes, header_length);
             bytes.extend(crc32fast::hash(&body).to_le_bytes());

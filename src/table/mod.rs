@@ -77,6 +77,11 @@ impl Table {
         self.rho_scale
     }
 
+    /// The version of the format that it is written in: the oldest that can hold it.
+    pub fn format(&self) -> (u16, u16) {
+        (MAJOR, if self.rho_scale == 1.0 { 0 } else { MINOR })
+    }
+
     /// How Q weighs tangents.
     pub fn reweighting(&self) -> Reweighting {
         self.reweighting

@@ -4,7 +4,7 @@ use anyhow::Result;
 use sateen::bake::Provenance;
 use sateen::fabric::Fabric;
 use sateen::metrics::Reflectance;
-use sateen::table::{Axis, Grid, MAJOR, MINOR, Table, ThreadTable};
+use sateen::table::{Axis, Grid, Table, ThreadTable};
 use serde_json::{Value, json};
 
 use crate::Outcome;
@@ -38,8 +38,9 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         bytes(settings.max_bytes),
     );
     text += adapted_line(provenance.adapted);
+    let (major, minor) = table.format();
     text += &format!(
-        "  size       {}, format {MAJOR}.{MINOR}\n",
+        "  size       {}, format {major}.{minor}\n",
         sizes(table.decoded_bytes(), file_bytes)
     );
     text += &format!("  projection {}\n", name_of(&table.reweighting()));
@@ -150,8 +151,9 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             "grid": thread.grid().map(grid),
         })
     };
+    let (major, minor) = table.format();
     json!({
-        "format": format!("{MAJOR}.{MINOR}"),
+        "format": format!("{major}.{minor}"),
         "file_bytes": file_bytes,
         "decoded_bytes": table.decoded_bytes(),
         "reweighting": table.reweighting(),
