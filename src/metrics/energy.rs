@@ -99,7 +99,7 @@ impl fmt::Display for Reflectance {
     }
 }
 
-/// `fabric` with ρ scaled so that it reflects nowhere more than arrives; the same if it does not. The factor is
+/// `fabric` with ρ scaled so that it reflects no more than arrives towards any view of [`Reflectance`]; the same if it does not. The factor is
 /// [`Fabric::rho_scale`], rounded down to thousandths.
 ///
 /// # Errors
