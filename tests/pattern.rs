@@ -134,12 +134,8 @@ fn masks_choose_materials_and_images_dye_threads() {
             denim.threads[0].albedo.map(|x| x as f32),
             "the warp is not dyed"
         );
-        for channel in 0..3 {
-            assert!(
-                (place.albedos[1][channel] - dyed[channel]).abs() < 1e-3,
-                "{:?}",
-                place.albedos
-            );
+        for (albedo, dyed) in place.albedos[1].iter().zip(dyed) {
+            assert!((albedo - dyed).abs() < 1e-3, "{:?}", place.albedos);
         }
     }
 }
