@@ -28,9 +28,9 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         let loaded: Vec<Vec<Fabric>> = args.fabrics.iter().map(load).collect::<Result<_>>()?;
         loaded.into_iter().flatten().collect()
     };
-    for fabric in &mut fabrics {
-        go_on()?;
-        if args.energy == EnergyArg::Clamp {
+    if args.energy == EnergyArg::Clamp {
+        for fabric in &mut fabrics {
+            go_on()?;
             *fabric = conserving(fabric)?;
         }
     }
