@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes tables/baseline.csv: error and size of every fabric's tables, and their time on this machine.
 
-    scripts/baseline.py [PRESET…]       default: draft standard fine; other presets' rows stay as they are
+    scripts/baseline.py [PRESET…] [FABRIC…]     default: draft standard fine, of all fabrics; other rows stay as they are
 
 Errors and sizes are the same everywhere; tests/accuracy.rs fails when an error has grown. Times are a record of the
 machine that the script ran on, in batches and one pair at a time, and tested by nothing.
@@ -24,10 +24,10 @@ def sateen(*arguments):
     return subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout
 
 
-def rows(preset, folder):
-    bakes = json.loads(sateen("bake", "--all", "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))
+def rows(preset, fabrics, folder):
+    bakes = json.loads(sateen("bake", *(fabrics or ["--all"]), "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))
     report = f"{folder}/report-{preset}"
-    sateen("report", "--presets", preset, "--no-sweep", "--pairs", "4096", "-o", report)
+    sateen("report", *fabrics, "--presets", preset, "--no-sweep", "--no-fits", "--pairs", "4096", "-o", report)
     times = {}
     for row in csv.DictReader(open(f"{report}/report.csv")):
         times[row["fabric"], row["evaluator"], row["batch"]] = row["ns"], row["speedup"]
@@ -41,13 +41,14 @@ def rows(preset, folder):
 
 
 def main():
-    presets = sys.argv[1:] or PRESETS
+    presets = [argument for argument in sys.argv[1:] if argument in PRESETS] or PRESETS
+    fabrics = [argument for argument in sys.argv[1:] if argument not in PRESETS]
     table = {}
     if OUTPUT.exists():
         table = {(row["fabric"], row["preset"]): [row[c] for c in COLUMNS] for row in csv.DictReader(open(OUTPUT))}
     with tempfile.TemporaryDirectory() as folder:
         for preset in presets:
-            table |= {(row[0], row[1]): row for row in rows(preset, folder)}
+            table |= {(row[0], row[1]): row for row in rows(preset, fabrics, folder)}
     order = lambda key: (PRESETS.index(key[1]), key[0])
     with open(OUTPUT, "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -25,6 +25,7 @@
 //! - `eval` is the BRDF \[1/sr\] **without** the cosine. `eval_cos` = ρ is BRDF × cosine, the kernel of
 //!   L_r = ∫ ρ L_i dwi. (pbrt's `f` excludes the cosine; Mitsuba's `eval` includes it, and its `wi` is the viewer.)
 //! - Colours are linear RGB. Angles are radians in memory, degrees in files and under names that end in `_deg`.
+//! - A thread has one direction in the surface, or one that changes along its curve, as in knits and felt.
 //! - A thread's S (surface) and V (volume, for albedo 1) are achromatic. Tables hold no albedo: dyeing is a run-time
 //!   multiplication.
 //!

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use sateen::bake::{Preset, Provenance, bake};
+use sateen::bake::{Adapted, Preset, Provenance, bake_as_promised};
 use sateen::fabric::LIBRARY;
 use sateen::progress::Progress;
 use sateen::table::Table;
@@ -24,12 +24,29 @@ struct Promise {
     file_bytes: usize,
 }
 
-fn keeps_its_promise(preset: Preset, name: &str, promise: &Promise) {
+/// Four times the bytes keep the promise for it, and the tool takes them: a pile in many directions, each as sharp as velvet.
+const STIFF: &str = "velvet-spread";
+/// Their standard tables take a minute each.
+const SLOW: [&str; 3] = ["weft-knit-curve", "warp-knit", STIFF];
+
+fn keep_their_promise(
+    preset: Preset,
+    name: &str,
+    promise: &Promise,
+    are_tested: impl Fn(&str) -> bool,
+) {
     let recorded = baseline(name);
     let settings = preset.settings();
     let mut failures = Vec::new();
-    for entry in LIBRARY {
-        let table = bake(&entry.load(), &settings, Progress::silent()).expect("nobody stops it");
+    for entry in LIBRARY.iter().filter(|entry| are_tested(entry.name)) {
+        let (table, _) = bake_as_promised(&entry.load(), &settings, Progress::silent())
+            .expect("nobody stops it");
+        let adapted = Provenance::of(&table).expect("its own metadata").adapted;
+        let room = match adapted {
+            None => 1,
+            Some(Adapted::Larger) if entry.name == STIFF => 4,
+            Some(_) => panic!("{}: {adapted:?}", entry.name),
+        };
         let file = table.to_bytes().expect("memory suffices");
         assert_eq!(
             Table::from_bytes(&file).as_ref(),
@@ -42,8 +59,8 @@ fn keeps_its_promise(preset: Preset, name: &str, promise: &Promise) {
         let kept = error.all.mean <= promise.mean
             && error.all.p99 <= promise.p99
             && error.grazing.p99 <= promise.grazing_p99
-            && bytes.0 <= promise.decoded_bytes
-            && bytes.1 <= promise.file_bytes;
+            && bytes.0 <= room * promise.decoded_bytes
+            && bytes.1 <= room * promise.file_bytes;
         let grown = |now: f64, then: f64| now > GROWTH * then + EXACT;
         let (mean, p99) = recorded[entry.name];
         if !kept || grown(error.all.mean, mean) || grown(error.all.p99, p99) {
@@ -84,19 +101,31 @@ fn draft_tables_of_the_whole_library_keep_their_promise() {
         decoded_bytes: 512 << 10,
         file_bytes: 256 << 10,
     };
-    keeps_its_promise(Preset::Draft, "draft", &promise);
+    keep_their_promise(Preset::Draft, "draft", &promise, |_| true);
+}
+
+/// What standard tables promise.
+const STANDARD: Promise = Promise {
+    mean: 0.003,
+    p99: 0.025,
+    grazing_p99: 0.11,
+    decoded_bytes: 4 << 20,
+    file_bytes: 2 << 20,
+};
+
+#[test]
+fn standard_tables_keep_their_promise() {
+    keep_their_promise(Preset::Standard, "standard", &STANDARD, |name| {
+        !SLOW.contains(&name)
+    });
 }
 
 #[test]
-fn standard_tables_of_the_whole_library_keep_their_promise() {
-    let promise = Promise {
-        mean: 0.003,
-        p99: 0.025,
-        grazing_p99: 0.11,
-        decoded_bytes: 4 << 20,
-        file_bytes: 2 << 20,
-    };
-    keeps_its_promise(Preset::Standard, "standard", &promise);
+#[ignore = "bakes for several minutes"]
+fn standard_tables_of_curves_keep_their_promise() {
+    keep_their_promise(Preset::Standard, "standard", &STANDARD, |name| {
+        SLOW.contains(&name)
+    });
 }
 
 #[test]
@@ -109,5 +138,5 @@ fn fine_tables_of_the_whole_library_keep_their_promise() {
         decoded_bytes: 32 << 20,
         file_bytes: 20 << 20,
     };
-    keeps_its_promise(Preset::Fine, "fine", &promise);
+    keep_their_promise(Preset::Fine, "fine", &promise, |_| true);
 }

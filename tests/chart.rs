@@ -1,11 +1,27 @@
 //! Charts are bijections between the box and pairs of directions above the surface, up to the mirror s → −s.
 
 use proptest::prelude::*;
-use sateen::chart::Chart;
+use sateen::chart::{Chart, Coordinates};
 
 fn any_chart() -> impl Strategy<Value = Chart> {
     prop::sample::select(Chart::ALL.to_vec())
 }
+
+/// What grids of a thread's response may be functions of.
+fn any_coordinates() -> impl Strategy<Value = Coordinates> {
+    let thread =
+        (any_chart(), any::<bool>(), any::<bool>()).prop_map(|(chart, ends_fold, sides_fold)| {
+            Coordinates::Thread {
+                chart,
+                ends_fold,
+                sides_fold,
+            }
+        });
+    prop_oneof![4 => thread, 1 => Just(Coordinates::Isotropic)]
+}
+
+/// A direction turned or mirrored.
+type Image = Box<dyn Fn([f64; 3]) -> [f64; 3]>;
 
 /// A unit direction above the surface; a tenth of them within 1e-6 of the horizon.
 fn direction() -> impl Strategy<Value = [f64; 3]> {
@@ -50,6 +66,47 @@ proptest! {
         for k in 0..4 {
             prop_assert!((u[k] - v[k]).abs() < bound, "{chart:?} {u:?} came back as {v:?}");
         }
+    }
+
+    #[test]
+    fn a_pair_comes_back_from_any_coordinates_but_for_their_symmetries(
+        coordinates in any_coordinates(), wi in direction(), wr in direction(),
+    ) {
+        let u = coordinates.of(wi, wr);
+        prop_assert!(u.iter().all(|u| (0.0..=1.0).contains(u)), "{u:?}");
+        let (vi, vr) = coordinates.directions(u);
+        let along = |w: [f64; 3]| [-w[0], w[1], w[2]];
+        let same = |w: [f64; 3]| w;
+        let mut images: Vec<Image> = vec![Box::new(same)];
+        if let Coordinates::Thread { ends_fold, sides_fold, .. } = coordinates {
+            if ends_fold {
+                images.push(Box::new(along));
+            }
+            if sides_fold {
+                images.push(Box::new(mirrored));
+            }
+            if ends_fold && sides_fold {
+                images.push(Box::new(move |w| mirrored(along(w))));
+            }
+        } else {
+            // Turned so that the light is at azimuth 0, and mirrored.
+            let turned = move |w: [f64; 3]| {
+                let r = wi[0].hypot(wi[1]);
+                let (cos, sin) = if r > 0.0 { (wi[0] / r, wi[1] / r) } else { (1.0, 0.0) };
+                [cos * w[0] + sin * w[1], cos * w[1] - sin * w[0], w[2]]
+            };
+            images = vec![Box::new(turned), Box::new(move |w| mirrored(turned(w)))];
+        }
+        let errors = images.iter().map(|image| distance(vi, image(wi)) + distance(vr, image(wr)));
+        let error = errors.fold(f64::INFINITY, f64::min);
+        prop_assert!(error < 2e-7, "{coordinates:?} {u:?}: {wi:?} {wr:?} came back as {vi:?} {vr:?}, {error:e} away");
+    }
+
+    #[test]
+    fn the_view_comes_back_from_its_coordinates(wr in direction()) {
+        let coordinates = Coordinates::View { isotropic: false };
+        let (_, back) = coordinates.directions(coordinates.of([0.0, 0.0, 1.0], wr));
+        prop_assert!(distance(back, wr) < 1e-12);
     }
 
     #[test]

@@ -83,7 +83,7 @@ fn fabrics_lists_the_library() {
         .stdout
         .clone();
     let json: Value = serde_json::from_slice(&json).unwrap();
-    assert_eq!(json.as_array().unwrap().len(), 17);
+    assert_eq!(json.as_array().unwrap().len(), 22);
     assert_eq!(json[6]["threads"][1]["gamma_s_deg"], 15.0);
 }
 

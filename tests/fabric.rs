@@ -26,8 +26,8 @@ fn error(text: &str) -> String {
 }
 
 #[test]
-fn the_library_has_the_published_fabrics() {
-    assert_eq!(LIBRARY.len(), 17);
+fn the_library_has_the_published_fabrics_knits_and_felt() {
+    assert_eq!(LIBRARY.len(), 22);
     for entry in LIBRARY {
         let fabric = entry.load();
         assert_eq!(fabric.name, entry.name);

@@ -1,4 +1,6 @@
-//! How a thread's segments are best evaluated: from a grid, or directly at a few placed tilts.
+//! How a thread's segments are best evaluated: from a grid, or directly at a few placed tilts. A thread whose direction changes
+//! along its curve is always in grids: where it sweeps no rule places tangents for a pair, and fixed ones err more at any cost.
+//! (Directions that only jump are better written as threads of their own, of which each is evaluated as is best.)
 //!
 //! Cost is counted in evaluations of one tilt ([`crate::brdf::ThreadPair::response`]). Measured in batches on AVX2 (AMD
 //! Zen 3): a tilt 9 ns, what [`PlacedNodes`] does once per segment 18 ns, a grid of any size up to a few megabytes 45 to
@@ -11,13 +13,14 @@ use serde::{Deserialize, Serialize};
 
 use super::Settings;
 use super::integrate::Integrand;
-use super::plan::{Plan, plan_axes};
-use crate::brdf::{PlacedNodes, ThreadPair};
+use super::plan::{Aim, Plan, plan_axes};
+use crate::brdf::{PlacedNodes, Reweighting, ThreadPair};
 use crate::chart::Chart;
 use crate::fabric::{Fabric, Thread};
 use crate::metrics::protocol_pairs;
 use crate::model::gauss_legendre;
 use crate::progress::{Cancelled, Progress};
+use crate::table::{Axis, CHANNELS, Encoding};
 
 /// Of a grid, in evaluations of a tilt.
 const GRID_COST: usize = 5;
@@ -66,8 +69,31 @@ pub struct Choice {
 
 /// What to evaluate a thread's segments by.
 pub(super) enum Representation {
-    Grid(Box<(Integrand, Plan)>),
+    Grid(Box<Planned>),
     Direct(Vec<[f64; 2]>),
+    /// All of a thread whose direction changes along its curve.
+    Curve {
+        response: Box<Planned>,
+        projection: Box<Planned>,
+    },
+}
+
+impl Representation {
+    /// How many grids there are to fill.
+    pub(super) fn grids(&self) -> usize {
+        match self {
+            Self::Direct(_) => 0,
+            Self::Grid(_) => 1,
+            Self::Curve { .. } => 2,
+        }
+    }
+}
+
+/// A grid to fill.
+pub(super) struct Planned {
+    pub(super) integrand: Integrand,
+    pub(super) plan: Plan,
+    pub(super) encoding: Encoding,
 }
 
 /// Chooses for a thread with segments.
@@ -88,7 +114,7 @@ pub(super) fn choose(
             progress.part(0.0, 0.9),
         )?),
     };
-    let grid_error = grid.as_ref().map(|(_, plan)| plan.error);
+    let grid_error = grid.as_ref().map(|grid| grid.plan.error);
     let fails = grid_error.is_none_or(|error| error > settings.max_error);
     let wanted = match (settings.direct, grid_error) {
         (Direct::Worthwhile, _) if fails => settings.max_error / RESCUE,
@@ -121,6 +147,57 @@ pub(super) fn choose(
     })
 }
 
+/// The most bytes of a projection that only the viewer sees …
+const PROJECTION_BYTES: usize = 32 << 10;
+/// … and the largest part of a thread's that it takes.
+const PROJECTION_PART: usize = 8;
+/// How much less a projection shall err than a response: it divides all of the fabric.
+const PROJECTION_ERROR: f64 = 0.25;
+
+/// The grids of a thread whose direction changes along its curve.
+pub(super) fn plan_curve(
+    fabric: &Fabric,
+    thread: &Thread,
+    settings: &Settings,
+    max_coefficients: usize,
+    progress: Progress<'_>,
+) -> Result<Representation, Cancelled> {
+    let strands = thread.strands(thread.direction());
+    let coefficient_bytes = |encoding: Encoding| CHANNELS * encoding.bytes();
+    let max_bytes = max_coefficients * coefficient_bytes(settings.encoding);
+    let aim = |encoding, max_bytes, target_error| Aim {
+        encoding,
+        max_coefficients: max_bytes / coefficient_bytes(encoding),
+        target_error,
+    };
+    let of_projection = match fabric.reweighting {
+        // So small a grid need not be rounded.
+        Reweighting::View => aim(
+            Encoding::F32,
+            PROJECTION_BYTES.min(max_bytes / PROJECTION_PART),
+            PROJECTION_ERROR * settings.target_error,
+        ),
+        // One of both directions is like that of the response, and has as much room.
+        Reweighting::Both => aim(settings.encoding, max_bytes / 2, settings.target_error),
+    };
+    let integrand =
+        |chart| Integrand::of_projection(fabric, thread, &strands, chart, settings.tolerance);
+    let planning = progress.part(0.0, 0.3);
+    let projection = best_chart(fabric, thread, settings, integrand, of_projection, planning)?;
+
+    let taken: usize = projection.plan.axes.iter().map(Axis::len).product();
+    let left = max_bytes.saturating_sub(taken * coefficient_bytes(projection.encoding));
+    let of_response = aim(settings.encoding, left, settings.target_error);
+    let integrand =
+        |chart| Integrand::of_curve(fabric, thread, &strands, chart, settings.tolerance);
+    let planning = progress.part(0.3, 1.0);
+    let response = best_chart(fabric, thread, settings, integrand, of_response, planning)?;
+    Ok(Representation::Curve {
+        response: Box::new(response),
+        projection: Box::new(projection),
+    })
+}
+
 /// The grid in the chart that promises the least error.
 fn plan_grid(
     fabric: &Fabric,
@@ -128,29 +205,45 @@ fn plan_grid(
     settings: &Settings,
     max_coefficients: usize,
     progress: Progress<'_>,
-) -> Result<(Integrand, Plan), Cancelled> {
+) -> Result<Planned, Cancelled> {
+    let integrand = |chart| Integrand::of_segments(fabric, thread, chart, settings.tolerance);
+    let aim = Aim {
+        encoding: settings.encoding,
+        max_coefficients,
+        target_error: settings.target_error,
+    };
+    best_chart(fabric, thread, settings, integrand, aim, progress)
+}
+
+fn best_chart(
+    fabric: &Fabric,
+    thread: &Thread,
+    settings: &Settings,
+    integrand: impl Fn(Chart) -> Integrand,
+    aim: Aim,
+    progress: Progress<'_>,
+) -> Result<Planned, Cancelled> {
     let charts = match &settings.chart {
         Some(chart) => std::slice::from_ref(chart),
         None => &Chart::ALL[..],
     };
+    let mut integrands: Vec<Integrand> = charts.iter().map(|chart| integrand(*chart)).collect();
+    // What is no function of a thread's four coordinates is the same in any chart.
+    integrands.dedup_by_key(|integrand| integrand.coordinates());
+    let count = integrands.len() as f64;
     let mut grids = Vec::new();
-    for (index, chart) in charts.iter().enumerate() {
-        let part = |k: usize| k as f64 / charts.len() as f64;
-        let progress = progress.part(part(index), part(index + 1));
-        let integrand = Integrand::new(fabric, thread, *chart, settings.tolerance);
-        let plan = plan_axes(
-            fabric,
-            thread,
-            &integrand,
-            settings,
-            max_coefficients,
-            progress,
-        )?;
-        grids.push((integrand, plan));
+    for (index, integrand) in integrands.into_iter().enumerate() {
+        let progress = progress.part(index as f64 / count, (index + 1) as f64 / count);
+        let plan = plan_axes(fabric, thread, &integrand, aim, progress)?;
+        grids.push(Planned {
+            integrand,
+            plan,
+            encoding: aim.encoding,
+        });
     }
     let best = grids
         .into_iter()
-        .min_by(|a, b| a.1.error.total_cmp(&b.1.error));
+        .min_by(|a, b| a.plan.error.total_cmp(&b.plan.error));
     Ok(best.expect("there are charts"))
 }
 
@@ -165,7 +258,7 @@ fn direct_nodes(
     let steps = progress.steps(PAIRS);
     let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
     let frame = thread.frame::<f64>();
-    let integrand = Integrand::new(fabric, thread, Chart::Thesis, 1e-6);
+    let integrand = Integrand::of_segments(fabric, thread, Chart::Thesis, 1e-6);
     let truth: Vec<(ThreadPair<f64>, f64)> = protocol_pairs(fabric, PAIRS, SEED)
         .par_iter()
         .map(|pair| {

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::integrate::Integrand;
+use crate::chart::Coordinates;
 use crate::progress::{Cancelled, Progress};
 use crate::table::{Axis, CHANNELS, Encoding, Grid, Samples};
 
@@ -50,7 +51,7 @@ pub(super) fn fill_grid(
         channels *= axis.len();
     }
 
-    mirror_faces(&mut values, [n0, n1, n2], integrand.is_folded());
+    mirror_faces(&mut values, [n0, n1, n2], integrand.coordinates());
 
     let scale = [0, 1].map(|channel| {
         let magnitudes = values.iter().skip(channel).step_by(CHANNELS);
@@ -66,8 +67,7 @@ pub(super) fn fill_grid(
         share.clamp(-1.0, 1.0) * encoding.unit()
     });
     Ok(Grid {
-        chart: integrand.chart(),
-        folded: integrand.is_folded(),
+        coordinates: integrand.coordinates(),
         encoding,
         scale: scale.map(|scale| scale as f32),
         samples: Samples::store(encoding, stored),
@@ -75,10 +75,11 @@ pub(super) fn fill_grid(
     })
 }
 
-/// Makes both sides of a face exactly the same where a pair crosses it by being mirrored: u₃ = 0, where φ_d changes its sign,
-/// and u₀ = ½ of a folded grid, where θ_d does. There the first coefficient along the axis is the value, the knots of u₂ and u₁
+/// Makes both sides of a face exactly the same where a pair crosses it by being mirrored: u₃ = 0, where φ_d changes its sign
+/// if sides are folded, and u₀ = ½, where θ_d does if ends are. There the first coefficient along the axis is the value, the knots of u₂ and u₁
 /// lie evenly about ½, and the coefficients are even but for rounding, which would be a seam.
-fn mirror_faces(values: &mut [f64], [n0, n1, n2]: [usize; 3], folded: bool) {
+fn mirror_faces(values: &mut [f64], [n0, n1, n2]: [usize; 3], coordinates: Coordinates) {
+    let [_, ends_fold, sides_fold, _] = coordinates.mirrored();
     let row = n0 * n1;
     let rows = values.len() / (CHANNELS * row);
     let mut even = |a: usize, b: usize| {
@@ -88,12 +89,14 @@ fn mirror_faces(values: &mut [f64], [n0, n1, n2]: [usize; 3], folded: bool) {
             (values[a], values[b]) = (mean, mean);
         }
     };
-    for k in 0..n2 / 2 {
-        for site in 0..row {
-            even(k * row + site, (n2 - 1 - k) * row + site);
+    if sides_fold {
+        for k in 0..n2 / 2 {
+            for site in 0..row {
+                even(k * row + site, (n2 - 1 - k) * row + site);
+            }
         }
     }
-    if folded {
+    if ends_fold {
         for plane in 0..rows {
             for k in 0..n1 / 2 {
                 let [a, b] = [k, n1 - 1 - k].map(|k| n0 * (n1 * plane + k));

@@ -1,73 +1,143 @@
-//! The function that a grid samples: S and V of one thread's segments.
+//! The functions that grids sample: S and V of one thread's segments, or of all of a thread whose direction changes along its
+//! curve, and the projection of such a thread.
 
-use crate::brdf::{Optics, Response, TangentCurve, ThreadPair};
-use crate::chart::{Chart, fold_ends};
-use crate::fabric::{Fabric, Thread};
+use crate::brdf::{Optics, Response, Reweighting, TangentCurve, ThreadPair};
+use crate::chart::{Chart, Coordinates};
+use crate::fabric::{Fabric, Strands, Thread};
 use crate::math::Vec3;
-use crate::model::mean_response;
+use crate::model::{AdaptiveMean, mean_response};
 
 /// Sites on the faces of the box are evaluated this far inside it: on some faces themselves the direction is ambiguous.
 const INSET: f64 = 1e-4;
 
-/// Segments of one thread, on the box of a chart.
+/// A function of pairs of directions in thread coordinates, on the box of its coordinates.
 pub(super) struct Integrand {
-    optics: Optics<f64>,
-    segments: TangentCurve<f64>,
-    sigma_u: f64,
-    chart: Chart,
-    tolerance: f64,
-    folded: bool,
+    function: Function,
+    coordinates: Coordinates,
+}
+
+enum Function {
+    Segments {
+        optics: Optics<f64>,
+        segments: TangentCurve<f64>,
+        sigma_u: f64,
+        tolerance: f64,
+    },
+    Curve(AdaptiveMean),
+    Projection(AdaptiveMean),
 }
 
 impl Integrand {
-    pub(super) fn new(fabric: &Fabric, thread: &Thread, chart: Chart, tolerance: f64) -> Self {
+    /// S and V of the segments of a straight thread.
+    pub(super) fn of_segments(
+        fabric: &Fabric,
+        thread: &Thread,
+        chart: Chart,
+        tolerance: f64,
+    ) -> Self {
         let curve = thread.tangents::<f64>();
         let segments = curve
             .segments()
             .iter()
             .map(|segment| (segment.from, segment.to, segment.weight));
         let segments = TangentCurve::from_parts(std::iter::empty(), segments);
-        Self {
+        let coordinates = Coordinates::Thread {
+            chart,
+            ends_fold: segments.segments_are_symmetric(),
+            sides_fold: true,
+        };
+        let function = Function::Segments {
             optics: thread.optics,
-            folded: segments.segments_are_symmetric(),
             segments,
             sigma_u: fabric.sigma_u,
-            chart,
             tolerance,
+        };
+        Self {
+            function,
+            coordinates,
         }
     }
 
-    /// Whether the function is the same for u₀ and 1 − u₀.
-    pub(super) fn is_folded(&self) -> bool {
-        self.folded
+    /// S and V of a thread with these `strands`, whose directions are counted from the thread's own.
+    pub(super) fn of_curve(
+        fabric: &Fabric,
+        thread: &Thread,
+        strands: &Strands,
+        chart: Chart,
+        tolerance: f64,
+    ) -> Self {
+        let mean = AdaptiveMean::new(fabric, thread, strands, tolerance);
+        Self {
+            function: Function::Curve(mean),
+            coordinates: coordinates_of(strands, chart),
+        }
     }
 
-    pub(super) fn chart(&self) -> Chart {
-        self.chart
+    /// The projection of such a thread that Q sums, as S, and 0 as V.
+    pub(super) fn of_projection(
+        fabric: &Fabric,
+        thread: &Thread,
+        strands: &Strands,
+        chart: Chart,
+        tolerance: f64,
+    ) -> Self {
+        let mean = AdaptiveMean::new(fabric, thread, strands, tolerance);
+        let coordinates = match fabric.reweighting {
+            Reweighting::View => Coordinates::View {
+                isotropic: strands.are_isotropic(),
+            },
+            Reweighting::Both => coordinates_of(strands, chart),
+        };
+        Self {
+            function: Function::Projection(mean),
+            coordinates,
+        }
+    }
+
+    pub(super) fn coordinates(&self) -> Coordinates {
+        self.coordinates
     }
 
     /// The function for a pair in thread coordinates.
     pub(super) fn at_pair(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> Response<f64> {
-        let pair = ThreadPair::new(wi, wr, self.sigma_u);
-        mean_response(&pair, &self.optics, &self.segments, self.tolerance)
+        match &self.function {
+            Function::Segments {
+                optics,
+                segments,
+                sigma_u,
+                tolerance,
+            } => {
+                let pair = ThreadPair::new(wi, wr, *sigma_u);
+                mean_response(&pair, optics, segments, *tolerance)
+            }
+            Function::Curve(mean) => mean.response(wi, wr),
+            Function::Projection(mean) => Response {
+                surface: mean.projection(wi, wr),
+                volume: 0.0,
+            },
+        }
     }
 
     /// The function at a point of the box, or beside it where the point is on a face.
     pub(super) fn at_point(&self, u: [f64; 4]) -> Response<f64> {
-        // u₃ = 0 is the mirror's plane and not a face.
-        let low = [INSET, INSET, INSET, 0.0];
-        let inside = [0, 1, 2, 3].map(|k| u[k].clamp(low[k], 1.0 - INSET));
-        let (wi, wr) = self.chart.directions(inside);
+        let faces = self.coordinates.is_face();
+        let inside = [0, 1, 2, 3].map(|k| {
+            let [low, high] = faces[k].map(|is_face| if is_face { INSET } else { 0.0 });
+            u[k].clamp(low, 1.0 - high)
+        });
+        let (wi, wr) = self.coordinates.directions(inside);
         self.at_pair(wi, wr)
     }
+}
 
-    /// Where a pair in thread coordinates is looked up.
-    pub(super) fn coordinates(&self, wi: Vec3<f64>, wr: Vec3<f64>) -> [f64; 4] {
-        let (wi, wr) = if self.folded {
-            fold_ends(wi, wr)
-        } else {
-            (wi, wr)
-        };
-        self.chart.coordinates(wi, wr)
+fn coordinates_of(strands: &Strands, chart: Chart) -> Coordinates {
+    if strands.are_isotropic() {
+        Coordinates::Isotropic
+    } else {
+        Coordinates::Thread {
+            chart,
+            ends_fold: strands.look_the_same_from_both_ends(),
+            sides_fold: strands.look_the_same_from_both_sides(),
+        }
     }
 }

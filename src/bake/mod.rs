@@ -22,8 +22,8 @@ use serde::{Deserialize, Serialize};
 use crate::fabric::{Fabric, FabricError, Thread};
 use crate::metrics::{Baked, ErrorReport, measure};
 use crate::progress::{Cancelled, Progress};
-use crate::table::{CHANNELS, Table, ThreadParameters, ThreadTable};
-use choose::{Representation, choose};
+use crate::table::{CHANNELS, Grid, Grids, Table, ThreadParameters, ThreadTable};
+use choose::{Planned, Representation, choose, plan_curve};
 
 /// What made a table, as its metadata.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -127,47 +127,54 @@ pub fn bake(
     let visible: Vec<&Thread> = fabric.visible_threads().collect();
     let (plans, planned) = choose_all(fabric, &visible, settings, sampling.part(0.0, 0.3))?;
     let filling = sampling.part(0.3, 1.0);
-    let grids = planned.iter().filter(|choice| choice.grid).count();
+    let to_fill: usize = plans.iter().flatten().map(Representation::grids).sum();
     let mut filled = 0;
+    let mut fill = |planned: Planned| -> Result<Grid, Cancelled> {
+        let share = |filled: usize| filled as f64 / to_fill as f64;
+        let filling = filling.part(share(filled), share(filled + 1));
+        filled += 1;
+        encode::fill_grid(
+            &planned.integrand,
+            planned.plan.axes,
+            planned.encoding,
+            filling,
+        )
+    };
     let mut threads = Vec::new();
     for (thread, plan) in visible.into_iter().zip(plans) {
-        let curve = thread.tangents::<f64>();
         let mut parameters = ThreadParameters {
             name: thread.name.clone(),
-            direction: thread.direction,
+            direction: thread.direction(),
             coverage: thread.coverage,
             albedo: thread.albedo,
             optics: thread.optics,
-            tilts: curve
-                .tilts()
-                .iter()
-                .map(|tilt| (tilt.angle, tilt.weight))
-                .collect(),
-            segments: curve
-                .segments()
-                .iter()
-                .map(|s| (s.from, s.to, s.weight))
-                .collect(),
+            tilts: Vec::new(),
+            segments: Vec::new(),
             nodes: Vec::new(),
         };
-        let mut grid = None;
-        match plan {
-            None => {}
-            Some(Representation::Direct(nodes)) => parameters.nodes = nodes,
-            Some(Representation::Grid(planned)) => {
-                let (integrand, plan) = *planned;
-                let share = |grids_done: usize| grids_done as f64 / grids as f64;
-                let filling = filling.part(share(filled), share(filled + 1));
-                filled += 1;
-                grid = Some(encode::fill_grid(
-                    &integrand,
-                    plan.axes,
-                    settings.encoding,
-                    filling,
-                )?);
-            }
+        if thread.is_straight() {
+            let curve = thread.tangents::<f64>();
+            let tilts = curve.tilts().iter();
+            parameters.tilts = tilts.map(|tilt| (tilt.angle, tilt.weight)).collect();
+            let segments = curve.segments().iter();
+            parameters.segments = segments.map(|s| (s.from, s.to, s.weight)).collect();
         }
-        threads.push(ThreadTable::new(parameters, grid));
+        let grids = match plan {
+            None => Grids::None,
+            Some(Representation::Direct(nodes)) => {
+                parameters.nodes = nodes;
+                Grids::None
+            }
+            Some(Representation::Grid(planned)) => Grids::Segments(fill(*planned)?),
+            Some(Representation::Curve {
+                response,
+                projection,
+            }) => Grids::Curve {
+                response: fill(*response)?,
+                projection: fill(*projection)?,
+            },
+        };
+        threads.push(ThreadTable::new(parameters, grids));
     }
 
     let mut table = Table {
@@ -198,7 +205,7 @@ pub fn bake(
     Ok(table)
 }
 
-/// How to evaluate every thread (none for one without segments), and why. The bytes allowed are shared equally by those
+/// How to evaluate every thread (none for one of single tilts), and why. The bytes allowed are shared equally by those
 /// that get a grid.
 fn choose_all(
     fabric: &Fabric,
@@ -207,11 +214,13 @@ fn choose_all(
     progress: Progress<'_>,
 ) -> Result<(Vec<Option<Representation>>, Vec<Choice>), Cancelled> {
     let max_coefficients = settings.max_bytes / (CHANNELS * settings.encoding.bytes());
-    let has_segments = |thread: &Thread| !thread.tangents::<f64>().segments().is_empty();
+    let needs_more =
+        |thread: &Thread| !thread.is_straight() || !thread.tangents::<f64>().segments().is_empty();
     let mut open: Vec<usize> = (0..threads.len())
-        .filter(|index| has_segments(threads[*index]))
+        .filter(|index| needs_more(threads[*index]))
         .collect();
-    let mut chosen: Vec<Option<(Representation, Choice)>> = threads.iter().map(|_| None).collect();
+    let mut chosen: Vec<Option<(Representation, Option<Choice>)>> =
+        threads.iter().map(|_| None).collect();
     // Those without a grid leave their share to the others, which then plan again. That may go on, but seldom does.
     for round in 0..2 {
         let from = 0.5 * f64::from(round);
@@ -219,17 +228,30 @@ fn choose_all(
         for (k, index) in open.iter().enumerate() {
             let share = max_coefficients / open.len();
             let progress = progress.part(part(k), part(k + 1));
-            chosen[*index] = Some(choose(fabric, threads[*index], settings, share, progress)?);
+            let thread = threads[*index];
+            chosen[*index] = Some(if thread.is_straight() {
+                let (chosen, choice) = choose(fabric, thread, settings, share, progress)?;
+                (chosen, Some(choice))
+            } else {
+                let planned = plan_curve(fabric, thread, settings, share, progress)?;
+                (planned, None)
+            });
         }
-        let with_grid = |index: &usize| matches!(&chosen[*index], Some((_, choice)) if choice.grid);
+        let with_grid = |index: &usize| {
+            let chosen = chosen[*index].as_ref();
+            chosen.is_some_and(|(chosen, _)| chosen.grids() > 0)
+        };
         let grids: Vec<usize> = open.iter().copied().filter(with_grid).collect();
         if grids.len() == open.len() {
             break;
         }
         open = grids;
     }
-    let choices = chosen.iter().flatten().map(|(_, choice)| choice.clone());
-    let choices = choices.collect();
+    let choices = chosen
+        .iter()
+        .flatten()
+        .filter_map(|(_, choice)| choice.clone())
+        .collect();
     let plans = chosen
         .into_iter()
         .map(|chosen| chosen.map(|(representation, _)| representation));

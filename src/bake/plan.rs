@@ -13,9 +13,8 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::Settings;
 use super::integrate::Integrand;
-use crate::chart::Chart;
+use crate::chart::Coordinates;
 use crate::fabric::{Fabric, Thread};
 use crate::math::simd::Single;
 use crate::metrics::protocol_pairs;
@@ -39,19 +38,33 @@ pub(super) struct Plan {
     pub(super) error: f64,
 }
 
-/// The four axes of a thread's grid, of at most `max_coefficients`.
+/// What a plan aims for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Aim {
+    pub(super) encoding: Encoding,
+    pub(super) max_coefficients: usize,
+    /// Mean relative error at which there are knots enough.
+    pub(super) target_error: f64,
+}
+
+/// The four axes of a thread's grid.
 pub(super) fn plan_axes(
     fabric: &Fabric,
     thread: &Thread,
     integrand: &Integrand,
-    settings: &Settings,
-    max_coefficients: usize,
+    Aim {
+        encoding,
+        max_coefficients,
+        target_error,
+    }: Aim,
     progress: Progress<'_>,
 ) -> Result<Plan, Cancelled> {
+    let coordinates = integrand.coordinates();
+    let rank = coordinates.rank();
     let frame = thread.frame::<f64>();
     let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
-    let pairs = protocol_pairs(fabric, 4 * LINES, SEED);
-    let steps = progress.steps(4 * LINES);
+    let pairs = protocol_pairs(fabric, rank * LINES, SEED);
+    let steps = progress.steps(rank * LINES);
     let places: Vec<([f64; 4], f64)> = pairs
         .par_iter()
         .map(|pair| {
@@ -59,7 +72,7 @@ pub(super) fn plan_axes(
             let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
             let response = integrand.at_pair(wi, wr);
             Ok((
-                integrand.coordinates(wi, wr),
+                coordinates.of(wi, wr),
                 response.surface + brightest * response.volume,
             ))
         })
@@ -70,11 +83,11 @@ pub(super) fn plan_axes(
         floor: 0.01 * mean,
     };
 
-    let mut ladders = Vec::with_capacity(4);
-    for k in 0..4 {
-        let scale = Scale::new(k, thread, integrand.is_folded());
+    let mut ladders = Vec::with_capacity(rank);
+    for k in 0..rank {
+        let scale = Scale::new(k, thread, coordinates);
         let sample = |u: &[f64; 4]| {
-            let sample = Line::sample(integrand, &scale, k, *u, settings.encoding, &size, &steps)?;
+            let sample = Line::sample(integrand, &scale, k, *u, encoding, &size, &steps)?;
             steps.advance().map(|()| sample)
         };
         let places = &places[k * LINES..(k + 1) * LINES];
@@ -84,22 +97,28 @@ pub(super) fn plan_axes(
             .collect::<Result<_, _>>()?;
         ladders.push(Ladder::climb(scale, &lines, &steps)?);
     }
-    let inserted = share_out(&ladders, max_coefficients, settings.target_error);
+    let inserted = share_out(&ladders, max_coefficients, target_error);
+    let axis = |k: usize| match ladders.get(k) {
+        Some(ladder) => ladder.axis(inserted[k]),
+        None => Axis::flat(),
+    };
     Ok(Plan {
-        axes: [0, 1, 2, 3].map(|k| ladders[k].axis(inserted[k])),
-        error: (0..4).map(|k| ladders[k].errors[inserted[k]]).sum(),
+        axes: [0, 1, 2, 3].map(axis),
+        error: (0..rank).map(|k| ladders[k].errors[inserted[k]]).sum(),
     })
 }
 
 /// How many knots beyond the first each axis gets.
-fn share_out(ladders: &[Ladder], max_coefficients: usize, target_error: f64) -> [usize; 4] {
-    let mut inserted = [0; 4];
+fn share_out(ladders: &[Ladder], max_coefficients: usize, target_error: f64) -> Vec<usize> {
+    let mut inserted = vec![0; ladders.len()];
     loop {
-        let error: f64 = (0..4).map(|k| ladders[k].errors[inserted[k]]).sum();
+        let error: f64 = (0..ladders.len())
+            .map(|k| ladders[k].errors[inserted[k]])
+            .sum();
         if error < target_error {
             return inserted;
         }
-        let size: f64 = (0..4)
+        let size: f64 = (0..ladders.len())
             .map(|k| ladders[k].length(inserted[k]) as f64)
             .product();
         let mut best: Option<(f64, usize, usize)> = None;
@@ -132,8 +151,14 @@ struct Scale {
 }
 
 impl Scale {
-    fn new(k: usize, thread: &Thread, folded: bool) -> Self {
-        let sharp = if k == 0 {
+    fn new(k: usize, thread: &Thread, coordinates: Coordinates) -> Self {
+        let (ends_fold, is_sharp) = match coordinates {
+            Coordinates::Thread { ends_fold, .. } => (ends_fold, k == 0),
+            // The highlight is at the middle of θ_i − θ_r.
+            Coordinates::Isotropic => (false, k == 1),
+            Coordinates::View { .. } => (false, false),
+        };
+        let sharp = if is_sharp {
             (PI / thread.optics.gamma_s * SAMPLES_PER_GAMMA)
                 .log2()
                 .ceil() as u32
@@ -141,13 +166,13 @@ impl Scale {
             0
         };
         let depth = sharp.clamp(MIN_DEPTH, MAX_DEPTH);
-        let halved = k == 0 && folded;
+        let halved = k == 0 && ends_fold;
         Self {
             depth,
             low: if halved { 1 << (depth - 1) } else { 0 },
-            has_kink: Chart::KINKS[k] && !halved,
+            has_kink: coordinates.kinks()[k] && !halved,
             // A face on which pairs are mirrored into each other looks the same from both sides only if splines on it do.
-            mirrored: k == 2 || k == 1 && folded,
+            mirrored: coordinates.mirrored()[k],
         }
     }
 

@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{BakeError, Direct, Preset, Provenance, Settings, bake};
-use crate::fabric::Fabric;
+use crate::fabric::{Fabric, Thread};
 use crate::metrics::ErrorReport;
 use crate::progress::Progress;
 use crate::table::Table;
@@ -61,10 +61,12 @@ impl Adapted {
     const ATTEMPTS: [Self; 2] = [Self::Direct, Self::Larger];
 
     /// The settings to try, if they are others than those.
-    fn apply(self, settings: &Settings) -> Option<Settings> {
+    fn apply(self, fabric: &Fabric, settings: &Settings) -> Option<Settings> {
         let mut adapted = settings.clone();
+        let none_is_straight = !fabric.visible_threads().any(Thread::is_straight);
         match (self, settings.direct) {
             (_, Direct::Always) | (Self::Direct, Direct::Never) => return None,
+            (Self::Direct, _) if none_is_straight => return None,
             (Self::Direct, _) => {
                 adapted.direct = Direct::Always;
                 // A few more tilts cost little, and the mean says little of the 99th percentile.
@@ -89,7 +91,7 @@ pub fn bake_as_promised(
     let promise = settings.preset.promise();
     let adapted = Adapted::ATTEMPTS
         .into_iter()
-        .filter_map(|adapted| Some((Some(adapted), adapted.apply(settings)?)));
+        .filter_map(|adapted| Some((Some(adapted), adapted.apply(fabric, settings)?)));
     let mut best: Option<(Table, f64)> = None;
     for (adapted, tried) in std::iter::once((None, settings.clone())).chain(adapted) {
         // Few fabrics need another attempt: a bar that begins again is more honest than one that is never full.

@@ -22,6 +22,15 @@ impl<R: Lanes> ThreadResponse<R> {
             projection: R::zero(),
         }
     }
+
+    /// `self + weight · other`.
+    #[inline(always)]
+    pub fn plus(self, weight: R, other: Self) -> Self {
+        Self {
+            response: self.response.plus(weight, other.response),
+            projection: self.projection + weight * other.projection,
+        }
+    }
 }
 
 impl<R> ThreadResponse<R> {

@@ -19,14 +19,15 @@
 use super::{Angles, directions_at, normalized, phi_d_and_h, shared_coordinates, theta_d};
 use core::f64::consts::FRAC_PI_2;
 
-use crate::math::{Lanes, Real, Vec3};
+use crate::math::{Lanes, Real, Vec3, root};
 
-/// Pair to box; see [`super::Chart::coordinates`].
+/// Pair to box, and −1 where the pair was mirrored s → −s for it, else 1; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
     let psi = (wi[0] + wr[0]).atan2(wi[2] + wr[2]);
-    let [u1, u2, u3] = shared_coordinates(&Angles::of(wi, wr));
-    [normalized(psi, R::of(FRAC_PI_2)), u1, u2, u3]
+    let angles = Angles::of(wi, wr);
+    let [u1, u2, u3] = shared_coordinates(&angles);
+    ([normalized(psi, R::of(FRAC_PI_2)), u1, u2, u3], angles.side)
 }
 
 /// Box to pair; see [`super::Chart::directions`].
@@ -47,56 +48,11 @@ pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
         u[2],
         u[3],
     ];
-    let theta_h = root(R::zero(), R::of(FRAC_PI_2), |theta_h| {
+    let theta_h = root(R::zero(), R::of(FRAC_PI_2), R::zero(), |theta_h| {
         let theta_d = theta_d(mirrored, theta_h);
         cos_psi * R::of(2.0) * theta_h.sin() * theta_d.cos()
             - sin_psi * ((theta_h + theta_d).cos() * cos_i + (theta_h - theta_d).cos() * cos_r)
     });
     let theta_h = if psi < R::zero() { -theta_h } else { theta_h };
     directions_at(u, theta_h)
-}
-
-/// The root of `f` in [a, b], where f(a) ≤ 0 ≤ f(b): regula falsi, halving the weight of an end that stays twice in a
-/// row (Illinois), with a bisection at every fourth step.
-fn root<R: Real>(mut a: R, mut b: R, f: impl Fn(R) -> R) -> R {
-    let half = R::of(0.5);
-    let (mut f_a, mut f_b) = (f(a), f(b));
-    if f_a >= R::zero() {
-        return a;
-    }
-    if f_b <= R::zero() {
-        return b;
-    }
-    let mut moved_up = None;
-    for step in 0..256 {
-        let secant = (a * f_b - b * f_a) / (f_b - f_a);
-        let bisect = step % 4 == 3 || !(secant > a && secant < b);
-        let x = if bisect { half * (a + b) } else { secant };
-        let f_x = f(x);
-        if x <= a || x >= b || f_x == R::zero() {
-            return x;
-        }
-        let is_below = f_x < R::zero();
-        if is_below {
-            a = x;
-            f_a = f_x;
-            f_b = f_b
-                * if moved_up == Some(true) {
-                    half
-                } else {
-                    R::one()
-                };
-        } else {
-            b = x;
-            f_b = f_x;
-            f_a = f_a
-                * if moved_up == Some(false) {
-                    half
-                } else {
-                    R::one()
-                };
-        }
-        moved_up = Some(is_below);
-    }
-    half * (a + b)
 }

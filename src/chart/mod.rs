@@ -21,9 +21,18 @@
 //! times as large, since most of a face is no such place; dividing S and V by |wi + wr| made it up to 1.3 times as large.
 //!
 //! wi = wr is u₁ = u₂ = ½ and the mirror pair has θ_h = 0 and φ_h = 0: grid planes, not singularities.
+//!
+//! A thread whose direction changes along its curve may lack the mirror; then u₃ spans both signs of φ_h. One that goes in all
+//! directions evenly needs three coordinates ([`isotropic`]), and what only the viewer sees needs two ([`view`]). What a grid
+//! is a function of, of all that, are its [`Coordinates`].
 
+mod coordinates;
 pub mod highlight;
+pub mod isotropic;
 pub mod thesis;
+pub mod view;
+
+pub use coordinates::Coordinates;
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -47,21 +56,15 @@ impl Chart {
     /// All charts.
     pub const ALL: [Self; 2] = [Self::Thesis, Self::Highlight];
 
-    /// The names of the four coordinates.
-    pub fn axis_names(self) -> [&'static str; 4] {
-        match self {
-            Self::Thesis => ["theta_h", "theta_d", "phi_d", "phi_h"],
-            Self::Highlight => ["psi", "theta_d", "phi_d", "phi_h"],
-        }
-    }
-
-    /// Whether functions on the sphere bend at the middle of an axis of the box: |θ_h| in the normalisation of u₁ bends at
-    /// that of axis 0, and `min` in M at φ_d = 0. (The bend at φ_h = 0 is the box's face.)
-    pub const KINKS: [bool; 4] = [true, false, true, false];
-
     /// The coordinates of a pair of unit directions above the surface, given in thread coordinates.
     #[inline(always)]
     pub fn coordinates<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+        self.coordinates_and_side(wi, wr).0
+    }
+
+    /// The same, and −1 where the pair was mirrored s → −s for it, else 1.
+    #[inline(always)]
+    fn coordinates_and_side<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
         match self {
             Self::Thesis => thesis::coordinates(wi, wr),
             Self::Highlight => highlight::coordinates(wi, wr),
@@ -78,17 +81,6 @@ impl Chart {
     }
 }
 
-/// A pair mirrored t → −t, if need be, so that it leans towards t: u₀ ≥ ½ in every chart. For threads that look the same
-/// from both ends.
-#[inline(always)]
-pub fn fold_ends<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> (Vec3<R>, Vec3<R>) {
-    let away = (wi[0] + wr[0]).lt(R::zero());
-    (
-        [R::select(away, -wi[0], wi[0]), wi[1], wi[2]],
-        [R::select(away, -wr[0], wr[0]), wr[1], wr[2]],
-    )
-}
-
 /// Latitudes and azimuths of a pair, mirrored to φ_h ≥ 0.
 #[derive(Debug, Clone, Copy)]
 struct Angles<R> {
@@ -96,6 +88,8 @@ struct Angles<R> {
     theta_d: R,
     phi_d: R,
     phi_h: R,
+    /// −1 if mirrored, else 1.
+    side: R,
 }
 
 impl<R: Lanes> Angles<R> {
@@ -106,8 +100,10 @@ impl<R: Lanes> Angles<R> {
         let theta_r = wr[0].atan2(norm2(wr[1], wr[2]));
         let (phi_i, phi_r) = (wi[1].atan2(wi[2]), wr[1].atan2(wr[2]));
         let (phi_d, phi_h) = (phi_i - phi_r, half * (phi_i + phi_r));
-        let phi_d = R::select(phi_h.lt(R::zero()), -phi_d, phi_d);
+        let is_mirrored = phi_h.lt(R::zero());
+        let phi_d = R::select(is_mirrored, -phi_d, phi_d);
         Self {
+            side: R::select(is_mirrored, R::of(-1.0), R::one()),
             theta_h: half * (theta_i + theta_r),
             theta_d: half * (theta_i - theta_r),
             phi_d,
@@ -176,6 +172,7 @@ fn directions_at<R: Real>(u: [R; 4], theta_h: R) -> (Vec3<R>, Vec3<R>) {
         theta_d,
         phi_d,
         phi_h,
+        side: R::one(),
     }
     .directions()
 }

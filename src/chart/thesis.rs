@@ -12,12 +12,15 @@ use core::f64::consts::FRAC_PI_2;
 
 use crate::math::{Lanes, Real, Vec3};
 
-/// Pair to box; see [`super::Chart::coordinates`].
+/// Pair to box, and −1 where the pair was mirrored s → −s for it, else 1; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
     let angles = Angles::of(wi, wr);
     let [u1, u2, u3] = shared_coordinates(&angles);
-    [normalized(angles.theta_h, R::of(FRAC_PI_2)), u1, u2, u3]
+    (
+        [normalized(angles.theta_h, R::of(FRAC_PI_2)), u1, u2, u3],
+        angles.side,
+    )
 }
 
 /// Box to pair; see [`super::Chart::directions`].

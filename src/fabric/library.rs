@@ -34,7 +34,8 @@ macro_rules! entry {
     };
 }
 
-/// The library, in the order of its sources: table II of \[SBDJ13\], then appendix A of \[Fecho13\].
+/// The library, in the order of its sources: table II of \[SBDJ13\], then appendix A of \[Fecho13\], then what its 6.1.2 and 6.3
+/// propose.
 pub const LIBRARY: &[LibraryEntry] = &[
     entry!("linen-plain"),
     entry!("silk-crepe-de-chine"),
@@ -53,6 +54,11 @@ pub const LIBRARY: &[LibraryEntry] = &[
     entry!("tshirt-black-back"),
     entry!("faux-suede"),
     entry!("corduroy"),
+    entry!("weft-knit"),
+    entry!("weft-knit-curve"),
+    entry!("warp-knit"),
+    entry!("felt"),
+    entry!("velvet-spread"),
 ];
 
 /// The library name most like a misspelt one, if any is at all like it.

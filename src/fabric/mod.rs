@@ -1,13 +1,15 @@
 //! Parameters of a fabric: what a TOML file says, checked.
 //!
 //! A fabric is a list of threads, each with a direction in the surface, optics, albedo, coverage and tangent curve
-//! (\[Fecho13\] appendix A; \[SBDJ13\] table II). Angles are radians here and degrees in files.
+//! (\[Fecho13\] appendix A; \[SBDJ13\] table II). In knits and piles the direction changes along the curve, too (\[Fecho13\]
+//! 6.1.2). Angles are radians here and degrees in files.
 
 mod library;
 mod models;
 mod parse;
 mod sections;
 pub(crate) mod source;
+mod strands;
 mod text;
 
 pub use library::{LIBRARY, LibraryEntry, nearest_name};
@@ -16,6 +18,7 @@ pub use models::{
 };
 pub use parse::MAX_TOML_BYTES;
 pub use source::FabricError;
+pub use strands::{Strand, Strands, Sweep};
 
 use crate::brdf::{Optics, Reweighting, TangentCurve, ThreadFrame};
 use crate::math::Real;
@@ -45,19 +48,20 @@ pub struct Fabric {
     pub variant: Option<String>,
 }
 
-/// One set of parallel threads.
+/// One set of threads that run alike.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thread {
     /// `warp`, `weft`, …
     pub name: String,
-    /// Angle of the thread in the surface from the x axis towards y, radians.
-    pub direction: f64,
     /// Share a of the surface that the thread covers, 0 to 1.
     pub coverage: f64,
     /// Albedo A of volume scattering, linear RGB.
     pub albedo: [f64; 3],
     /// η, k_d, γ_s, γ_v.
     pub optics: Optics<f64>,
+    /// Directions in the surface α_0…α_n, from the x axis towards y, radians: one for every tangent offset, all the same for
+    /// a straight thread.
+    pub directions: Vec<f64>,
     /// Tangent offsets o_0…o_n, radians.
     pub tangent_offsets: Vec<f64>,
     /// Lengths l_1…l_n of the segments between them.
@@ -65,31 +69,64 @@ pub struct Thread {
 }
 
 impl Thread {
-    /// The distribution of the thread's tilts.
+    /// The distribution of the thread's tilts, in whatever directions.
     pub fn tangents<R: Real>(&self) -> TangentCurve<R> {
         TangentCurve::new(&self.tangent_offsets, &self.tangent_lengths)
     }
 
-    /// The tilt, in radians, at a place along the thread, `share` ∈ \[0, 1\] of its length.
-    pub fn tilt_at(&self, share: f64) -> f64 {
+    /// Whether its direction is one and the same.
+    pub fn is_straight(&self) -> bool {
+        let mut directions = self.sections().flat_map(|(ends, _)| ends);
+        let first = directions.next();
+        directions.all(|next| Some(next) == first)
+    }
+
+    /// Its direction, or the mean along the curve, radians.
+    pub fn direction(&self) -> f64 {
+        if self.is_straight() {
+            return self.sections().next().map_or(0.0, |(ends, _)| ends[0]);
+        }
+        let (sum, total) = self
+            .sections()
+            .fold((0.0, 0.0), |(sum, total), (ends, length)| {
+                (sum + 0.5 * (ends[0] + ends[1]) * length, total + length)
+            });
+        sum / total
+    }
+
+    /// Directions at both ends, and lengths, of what is more than a jump.
+    fn sections(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
+        let ends = self.directions.windows(2).zip(&self.tangent_lengths);
+        ends.filter(|(_, length)| **length > 0.0)
+            .map(|(ends, length)| ([ends[0], ends[1]], *length))
+    }
+
+    /// Tilt and direction, in radians, at a place along the thread, `share` ∈ \[0, 1\] of its length.
+    pub fn tangent_at(&self, share: f64) -> [f64; 2] {
         let mut left = share * self.tangent_lengths.iter().sum::<f64>();
-        for (ends, length) in self.tangent_offsets.windows(2).zip(&self.tangent_lengths) {
+        for (k, length) in self.tangent_lengths.iter().enumerate() {
             if left < *length {
-                return ends[0] + (ends[1] - ends[0]) * left / length;
+                return [&self.tangent_offsets, &self.directions]
+                    .map(|angles| angles[k] + (angles[k + 1] - angles[k]) * left / length);
             }
             left -= length;
         }
-        self.tangent_offsets.last().copied().unwrap_or(0.0)
+        [&self.tangent_offsets, &self.directions].map(|angles| angles[angles.len() - 1])
     }
 
-    /// Tilts at the middles of `count` parts of equal length.
-    pub fn midpoints(&self, count: u32) -> impl Iterator<Item = f64> {
-        (0..count).map(move |k| self.tilt_at((f64::from(k) + 0.5) / f64::from(count)))
+    /// Tilt and direction at the middles of `count` parts of equal length.
+    pub fn midpoints(&self, count: u32) -> impl Iterator<Item = [f64; 2]> {
+        (0..count).map(move |k| self.tangent_at((f64::from(k) + 0.5) / f64::from(count)))
     }
 
-    /// The thread's frame in the surface.
+    /// The thread's frame in the surface: that of its mean direction.
     pub fn frame<R: Real>(&self) -> ThreadFrame<R> {
-        ThreadFrame::new(self.direction)
+        ThreadFrame::new(self.direction())
+    }
+
+    /// The thread's curve in parts, with directions counted from `origin` (radians).
+    pub fn strands(&self, origin: f64) -> Strands {
+        Strands::new(self, origin)
     }
 
     /// Whether the thread covers any of the surface.

@@ -1,8 +1,11 @@
 //! TOML text to [`Fabric`], with errors that name file, line and key.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
-use serde::Deserialize;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 use super::models::Models;
@@ -36,7 +39,7 @@ struct FabricToml {
 #[serde(deny_unknown_fields)]
 struct ThreadToml {
     name: Spanned<String>,
-    direction_deg: Spanned<f64>,
+    direction_deg: Spanned<DirectionToml>,
     coverage: Spanned<f64>,
     albedo: Option<Spanned<AlbedoToml>>,
     albedos: Option<Spanned<BTreeMap<String, Spanned<AlbedoToml>>>>,
@@ -46,6 +49,40 @@ struct ThreadToml {
     gamma_v_deg: Spanned<f64>,
     tangent_offsets_deg: Spanned<Vec<Spanned<f64>>>,
     tangent_lengths: Spanned<Vec<Spanned<f64>>>,
+}
+
+/// One direction, or one for every tangent offset.
+enum DirectionToml {
+    One(f64),
+    Curve(Vec<f64>),
+}
+
+impl<'de> Deserialize<'de> for DirectionToml {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Directions;
+
+        impl<'de> Visitor<'de> for Directions {
+            type Value = DirectionToml;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("degrees, or a list of them, one for every tangent offset")
+            }
+
+            fn visit_i64<E>(self, degrees: i64) -> Result<DirectionToml, E> {
+                Ok(DirectionToml::One(degrees as f64))
+            }
+
+            fn visit_f64<E>(self, degrees: f64) -> Result<DirectionToml, E> {
+                Ok(DirectionToml::One(degrees))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<DirectionToml, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(list)).map(DirectionToml::Curve)
+            }
+        }
+
+        deserializer.deserialize_any(Directions)
+    }
 }
 
 /// The most bytes of a fabric's text.
@@ -276,14 +313,7 @@ fn parse_thread(
     let gamma_range = "be above 0: between 0.001 and 1000 degrees";
     Ok(Thread {
         name,
-        direction: source
-            .number(
-                "direction_deg",
-                &raw.direction_deg,
-                |x| x.abs() <= 360.0,
-                "lie between -360 and 360",
-            )?
-            .to_radians(),
+        directions: parse_directions(source, &raw.direction_deg, offsets.len())?,
         coverage: source.number(
             "coverage",
             &raw.coverage,
@@ -314,4 +344,30 @@ fn parse_thread(
         tangent_offsets,
         tangent_lengths,
     })
+}
+
+/// One direction per tangent offset, of which there are `count`, in radians.
+fn parse_directions(
+    source: &Source<'_>,
+    raw: &Spanned<DirectionToml>,
+    count: usize,
+) -> Result<Vec<f64>, FabricError> {
+    const KEY: &str = "direction_deg";
+    let at = raw.span().start;
+    let degrees = match raw.get_ref() {
+        DirectionToml::One(direction) => vec![*direction; count],
+        DirectionToml::Curve(directions) => directions.clone(),
+    };
+    if degrees.len() != count {
+        let message = format!(
+            "{KEY}: {} directions for {count} tangent offsets; give one for each, or a single one for all",
+            degrees.len()
+        );
+        return Err(source.error(at, Some(KEY), message));
+    }
+    if let Some(outside) = degrees.iter().find(|x| x.is_nan() || x.abs() > 360.0) {
+        let message = format!("{KEY} = {outside:?} must lie between -360 and 360");
+        return Err(source.error(at, Some(KEY), message));
+    }
+    Ok(degrees.into_iter().map(f64::to_radians).collect())
 }

@@ -39,7 +39,16 @@ fn write_thread(text: &mut String, thread: &Thread) -> std::fmt::Result {
         .collect();
     writeln!(text, "\n[[thread]]")?;
     writeln!(text, "name = \"{}\"", thread.name)?;
-    writeln!(text, "direction_deg = {:?}", thread.direction.to_degrees())?;
+    if thread.is_straight() {
+        writeln!(
+            text,
+            "direction_deg = {:?}",
+            thread.direction().to_degrees()
+        )?;
+    } else {
+        let directions: Vec<f64> = thread.directions.iter().map(|x| x.to_degrees()).collect();
+        writeln!(text, "direction_deg = {directions:?}")?;
+    }
     writeln!(text, "coverage = {:?}", thread.coverage)?;
     writeln!(text, "albedo = {{ color = {:?} }}", thread.albedo)?;
     writeln!(text, "eta = {:?}", thread.optics.eta)?;

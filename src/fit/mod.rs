@@ -30,9 +30,9 @@ const SEED: u64 = 41;
 /// Pairs that the error is measured on.
 const ERROR_PAIRS: usize = 8192;
 /// Relative change of the squares and of the parameters at which a fit is done.
-const TOLERANCE: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-5;
 /// Evaluations per parameter at which a fit is given up as good enough.
-const PATIENCE: usize = 20;
+const PATIENCE: usize = 6;
 
 /// The first step is at most this many times the parameters' length; translated yarns are far too bright to begin with.
 const FIRST_STEP: f64 = 1.0;
@@ -45,7 +45,8 @@ const ALPHA: RangeInclusive<f64> = 0.0..=1.0;
 const BETA: RangeInclusive<f64> = 0.0..=50.0;
 const KAPPA: RangeInclusive<f64> = -0.95..=10.0;
 
-/// Roughnesses to start from, with little of the specular part, so that squares begin near Lambert's; the best fit counts.
+/// Roughnesses to start from, with Lambert's fit and little of the specular part, so that no fit is worse than Lambert's; the
+/// best counts.
 const ROUGHNESSES: [f64; 3] = [0.15, 0.3, 0.6];
 /// Roughness that is free: sharper lobes than any fabric's would only meet single pairs.
 const ROUGHNESS: RangeInclusive<f64> = 0.02..=1.0;
@@ -81,9 +82,22 @@ pub fn fit(fabric: &Fabric, kind: ModelKind, progress: Progress<'_>) -> Result<F
             irawan: Some(irawan_of(fabric)),
             ..Models::default()
         }],
+        ModelKind::TorranceSparrow => {
+            let lambert = starts(ModelKind::Lambert);
+            let fitted = fit_to(&data, ModelKind::Lambert, &lambert, progress.part(0.1, 0.2))?;
+            let mut starts = starts(kind);
+            for start in &mut starts {
+                if let (Some(start), Some(Lambert { albedo })) =
+                    (&mut start.torrance_sparrow, fitted.lambert)
+                {
+                    start.diffuse = albedo;
+                }
+            }
+            starts
+        }
         _ => starts(kind),
     };
-    let models = fit_to(&data, kind, &starts, progress.part(0.1, 0.7))?;
+    let models = fit_to(&data, kind, &starts, progress.part(0.2, 0.7))?;
     let truth = Truth::new(
         fabric,
         ERROR_PAIRS,
@@ -115,7 +129,7 @@ fn starts(kind: ModelKind) -> Vec<Models> {
             .map(|alpha| Models {
                 torrance_sparrow: Some(TorranceSparrow {
                     diffuse: [0.1; 3],
-                    specular: [0.05; 3],
+                    specular: [1e-3; 3],
                     alpha_x: alpha,
                     alpha_y: alpha,
                     eta: 1.5,

@@ -5,20 +5,14 @@
 //! channels of all coefficients along the sharp axis are multiplied at once.
 
 use crate::brdf::Response;
-use crate::chart::fold_ends;
 use crate::math::simd::{Row, Vector};
 use crate::math::{Vec3, splat};
-use crate::table::{Axis, CHANNELS, Grid, ROW, Samples, TAPS};
+use crate::table::{CHANNELS, Grid, ROW, Samples, TAPS};
 
-/// S and V of a thread's segments, for pairs in thread coordinates above the surface.
+/// S and V, or whatever else the grid is of, for pairs in thread coordinates above the surface.
 #[inline(always)]
-pub(super) fn segments<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>) -> Response<V> {
-    let (wi, wr) = if grid.folded {
-        fold_ends(wi, wr)
-    } else {
-        (wi, wr)
-    };
-    let u = grid.chart.coordinates(wi, wr);
+pub(super) fn value<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>) -> Response<V> {
+    let u = grid.coordinates.of(wi, wr);
     let [a0, a1, a2, a3] = &grid.axes;
     let first = [
         a0.first(u[0]),
@@ -28,9 +22,9 @@ pub(super) fn segments<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>)
     ];
     let places = Places::<V>::new(grid, u, first);
     let sums = match &grid.samples {
-        Samples::F32(samples) => places.sum::<R, _>(samples),
-        Samples::I16(samples) => places.sum::<R, _>(samples),
-        Samples::I8(samples) => places.sum::<R, _>(samples),
+        Samples::F32(samples) => places.sum_over_rank::<R, _>(grid, samples),
+        Samples::I16(samples) => places.sum_over_rank::<R, _>(grid, samples),
+        Samples::I8(samples) => places.sum_over_rank::<R, _>(grid, samples),
     };
     let unit = grid.encoding.unit();
     let scale = |channel: usize| V::of(f64::from(grid.scale[channel]) / unit);
@@ -53,7 +47,6 @@ struct Places<V: Vector> {
 impl<V: Vector> Places<V> {
     #[inline(always)]
     fn new(grid: &Grid, u: [V; 4], first: [V::Index; 4]) -> Self {
-        let [n0, n1, n2, _] = grid.axes.each_ref().map(Axis::len);
         let first = [
             V::index_to_array(first[0]),
             V::index_to_array(first[1]),
@@ -73,33 +66,47 @@ impl<V: Vector> Places<V> {
         Self {
             first,
             weights,
-            strides: [CHANNELS * n0, CHANNELS * n0 * n1, CHANNELS * n0 * n1 * n2],
+            strides: grid.strides(),
         }
     }
 
     /// Σ of weights and stored numbers, per channel.
     #[inline(always)]
-    fn sum<R: Row, T: Sample>(&self, samples: &[T]) -> [V::Array; CHANNELS] {
+    fn sum_over_rank<R: Row, T: Sample>(&self, grid: &Grid, samples: &[T]) -> [V::Array; CHANNELS] {
+        match grid.coordinates.rank() {
+            4 => self.sum::<R, T, TAPS, TAPS, TAPS>(samples),
+            3 => self.sum::<R, T, TAPS, TAPS, 1>(samples),
+            2 => self.sum::<R, T, TAPS, 1, 1>(samples),
+            _ => self.sum::<R, T, 1, 1, 1>(samples),
+        }
+    }
+
+    /// With so many coefficients along u₁, u₂ and u₃.
+    #[inline(always)]
+    fn sum<R: Row, T: Sample, const B: usize, const C: usize, const D: usize>(
+        &self,
+        samples: &[T],
+    ) -> [V::Array; CHANNELS] {
         let [s1, s2, s3] = self.strides;
         let mut sums = [V::Array::default(); CHANNELS];
         for lane in 0..V::LANES {
             let w = |axis: usize, tap: usize| self.weights[axis][tap].as_ref()[lane];
             let first = |axis: usize| self.first[axis].as_ref()[lane] as usize;
             let start = CHANNELS * first(0) + s1 * first(1) + s2 * first(2) + s3 * first(3);
-            let last = start + (TAPS - 1) * (s1 + s2 + s3);
+            let last = start + (B - 1) * s1 + (C - 1) * s2 + (D - 1) * s3;
             let samples = &samples[start..last + ROW];
             let mut total = R::zero();
-            for d in 0..TAPS {
+            for d in 0..D {
                 let mut plane = R::zero();
-                for c in 0..TAPS {
+                for c in 0..C {
                     let mut line = R::zero();
-                    for b in 0..TAPS {
+                    for b in 0..B {
                         let offset = d * s3 + c * s2 + b * s1;
                         #[expect(
                             unsafe_code,
                             reason = "27 checks per lookup cost as much as the sums"
                         )]
-                        // SAFETY: the slice reaches to the end of the row with d = c = b = TAPS − 1.
+                        // SAFETY: the slice reaches to the end of the row with d = D − 1, c = C − 1, b = B − 1.
                         let row = unsafe { &*samples.as_ptr().add(offset).cast::<[T; ROW]>() };
                         line = T::widen::<R>(row).mul_add(splat(w(1, b)), line);
                     }

@@ -1,6 +1,6 @@
 //! From pairs of directions to reflectance.
 
-use super::interpolate::segments;
+use super::interpolate::value;
 use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave};
 use crate::math::simd::{Row, Vector};
 use crate::math::{Vec3, each, splat};
@@ -51,8 +51,15 @@ fn thread_response<V: Vector, R: Row>(
     let (wi, wr) = (frame.to_thread(wi), frame.to_thread(wr));
     let tangents = &thread.tangents;
     let mut response = Response::zero();
-    if let Segments::Grid(grid) = &thread.segments {
-        response = segments::<V, R>(grid, wi, wr);
+    match &thread.segments {
+        Segments::None | Segments::Direct(_) => {}
+        Segments::Grid(grid) => response = value::<V, R>(grid, wi, wr),
+        Segments::Curve(curve) => {
+            return ThreadResponse {
+                response: value::<V, R>(&curve.response, wi, wr),
+                projection: value::<V, R>(&curve.projection, wi, wr).surface,
+            };
+        }
     }
     let has_tilts = !tangents.tilts().is_empty();
     let both = table.reweighting == Reweighting::Both;

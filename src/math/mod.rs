@@ -5,9 +5,11 @@
 //! written over [`Real`], a single number. The one switch between `std` and `libm` is here, in `num_traits`.
 
 mod real;
+mod root;
 pub mod simd;
 
 pub use real::{Real, splat};
+pub use root::root;
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};

@@ -108,10 +108,10 @@ fn cosine_weighted(rng: &mut ChaCha8Rng) -> DVec3 {
 /// A direction at which a cylinder of a random tilt of `thread`, jittered by γ_s, reflects light from `wi`: the half of
 /// the cone that leaves the cylinder on its outer side, azimuth uniform.
 fn on_reflection_cone(thread: &Thread, wi: DVec3, rng: &mut ChaCha8Rng) -> DVec3 {
-    let tilt =
-        thread.tilt_at(rng.random()) + thread.optics.gamma_s * rng.sample::<f64, _>(StandardNormal);
+    let [tilt, direction] = thread.tangent_at(rng.random());
+    let tilt = tilt + thread.optics.gamma_s * rng.sample::<f64, _>(StandardNormal);
 
-    let along = DVec3::new(thread.direction.cos(), thread.direction.sin(), 0.0);
+    let along = DVec3::new(direction.cos(), direction.sin(), 0.0);
     let side = DVec3::Z.cross(along);
     let tangent = tilt.cos() * along + tilt.sin() * DVec3::Z;
     let normal = tilt.cos() * DVec3::Z - tilt.sin() * along;

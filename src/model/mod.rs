@@ -7,15 +7,18 @@ mod adaptive;
 mod irawan;
 mod kind;
 mod lambert;
+mod mean;
 mod oren_nayar;
 mod sadeghi;
+mod sweep;
 mod torrance_sparrow;
 mod translate;
 
-pub use adaptive::{gauss_legendre, mean_response};
+pub use adaptive::gauss_legendre;
 pub use irawan::{IRAWAN_PRESETS, IrawanMarschner, IrawanPreset, SpineError};
 pub use kind::ModelKind;
-pub use sadeghi::{Rule, Sadeghi};
+pub use mean::{AdaptiveMean, mean_response};
+pub use sadeghi::{Rule, Sadeghi, sweep_parts};
 pub use translate::irawan_of;
 
 pub use crate::fabric::{Lambert, OrenNayar, TorranceSparrow};

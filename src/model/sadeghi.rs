@@ -3,12 +3,12 @@
 //! S_j and V_j are means over the tangents of thread j of the closed forms in [`crate::brdf`], which also has their sum
 //! over threads ([`Weave`]). Published parameters make the model neither reciprocal nor energy conserving.
 
-use super::{Model, gauss_legendre, mean_response};
+use super::{AdaptiveMean, Model, gauss_legendre};
 use crate::brdf::{
     Components, Optics, PlacedNodes, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair,
     ThreadResponse, Weave,
 };
-use crate::fabric::Fabric;
+use crate::fabric::{self, Fabric, Sweep};
 use crate::math::simd::{
     Colours, Directions, Level, PairFunction, Row, Vector, at_pair, map_pairs,
 };
@@ -19,7 +19,8 @@ use crate::math::{Lanes, Real, Vec3, each, splat};
 pub enum Rule {
     /// That many midpoints of equal length along the tangent curve, for Q too; the thesis takes 50.
     Midpoint(u32),
-    /// That many tilts per segment, placed for each pair, and Q in closed form.
+    /// That many tilts per segment, placed for each pair, and Q in closed form; of what sweeps over directions, that many fixed
+    /// tangents per 45°, for Q too.
     Quadrature(u32),
     /// Adaptive Gauss–Legendre in f64 to a relative tolerance, and Q in closed form.
     Adaptive(f64),
@@ -31,6 +32,9 @@ impl Rule {
     /// The rule of the thesis, what time is measured against.
     pub const THESIS: Self = Self::Midpoint(50);
 }
+
+/// Of what sweeps over directions, parts of at most this angle have nodes of their own, radians.
+const SWEEP_PART: f64 = std::f64::consts::FRAC_PI_4;
 
 /// The model with a fabric's parameters and a rule of integration.
 #[derive(Debug, Clone)]
@@ -44,7 +48,6 @@ pub struct Sadeghi<R> {
 
 #[derive(Debug, Clone)]
 struct Thread<R> {
-    frame: ThreadFrame<R>,
     coverage: R,
     albedo: [R; 3],
     optics: Optics<R>,
@@ -53,17 +56,27 @@ struct Thread<R> {
 
 #[derive(Debug, Clone)]
 enum Tangents<R> {
+    /// The same steps for every pair.
+    Fixed(Vec<Part<R>>),
+    Adaptive(AdaptiveMean),
+}
+
+/// Tangents of one direction.
+#[derive(Debug, Clone)]
+struct Part<R> {
+    frame: ThreadFrame<R>,
+    /// Of the thread's length.
+    share: R,
+    tilts: Tilts<R>,
+}
+
+#[derive(Debug, Clone)]
+enum Tilts<R> {
     /// (cos δ, sin δ) of equally weighted tilts.
     Midpoints(Vec<[R; 2]>),
     Placed {
         nodes: PlacedNodes<R>,
         curve: TangentCurve<R>,
-    },
-    Adaptive {
-        curve: TangentCurve<f64>,
-        optics: Optics<f64>,
-        sigma_u: f64,
-        tolerance: f64,
     },
 }
 
@@ -71,33 +84,19 @@ impl<R: Real> Sadeghi<R> {
     /// Prepares the evaluation of `fabric`.
     pub fn new(fabric: &Fabric, rule: Rule) -> Self {
         let threads = fabric.visible_threads().map(|thread| Thread {
-            frame: thread.frame(),
             coverage: R::of(thread.coverage),
             albedo: thread.albedo.map(R::of),
             optics: thread.optics.cast(),
             tangents: match rule {
-                Rule::Midpoint(samples) => {
-                    let tilts = thread.midpoints(samples.max(1));
-                    Tangents::Midpoints(
-                        tilts
-                            .map(|delta| [R::of(delta.cos()), R::of(delta.sin())])
-                            .collect(),
-                    )
+                Rule::Midpoint(samples) => Tangents::Fixed(midpoints(thread, samples.max(1))),
+                Rule::Quadrature(nodes) => {
+                    Tangents::Fixed(placed(thread, &gauss_legendre(nodes as usize)))
                 }
-                Rule::Quadrature(nodes) => Tangents::Placed {
-                    nodes: PlacedNodes::new(
-                        &thread.tangents(),
-                        &thread.optics,
-                        &gauss_legendre(nodes as usize),
-                    ),
-                    curve: thread.tangents(),
-                },
-                Rule::Adaptive(tolerance) => Tangents::Adaptive {
-                    curve: thread.tangents(),
-                    optics: thread.optics,
-                    sigma_u: fabric.sigma_u,
-                    tolerance,
-                },
+                Rule::Adaptive(tolerance) => {
+                    let strands = thread.strands(0.0);
+                    let mean = AdaptiveMean::new(fabric, thread, &strands, tolerance);
+                    Tangents::Adaptive(mean)
+                }
             },
         });
         Self {
@@ -143,8 +142,7 @@ impl<R: Real> Sadeghi<R> {
         );
         for (index, thread) in self.threads.iter().enumerate() {
             let albedo = albedos.get(index).unwrap_or(&thread.albedo);
-            let frame = thread.frame.cast::<L>();
-            let all = response(thread, self, frame.to_thread(wi), frame.to_thread(wr));
+            let all = response(thread, self, wi, wr);
             let response = ThreadResponse {
                 response: Response {
                     surface: L::select(above, all.response.surface, L::zero()),
@@ -159,31 +157,66 @@ impl<R: Real> Sadeghi<R> {
     }
 }
 
-impl<R: Real> Thread<R> {
-    /// The thread's part for a pair in its coordinates, by any rule.
-    fn response(&self, model: &Sadeghi<R>, wi: Vec3<R>, wr: Vec3<R>) -> ThreadResponse<R> {
-        let Tangents::Adaptive {
-            curve,
-            optics,
-            sigma_u,
-            tolerance,
-        } = &self.tangents
-        else {
-            return self.response_in_lanes(model, wi, wr);
-        };
-        let (wi, wr) = (wi.map(R::to_double), wr.map(R::to_double));
-        let pair = ThreadPair::new(wi, wr, *sigma_u);
-        let Response { surface, volume } = mean_response(&pair, optics, curve, *tolerance);
-        let projection = match model.reweighting {
-            Reweighting::View => curve.projection(wr),
-            Reweighting::Both => curve.joint_projection(&pair),
-        };
-        ThreadResponse {
-            response: Response {
-                surface: R::of(surface),
-                volume: R::of(volume),
+/// That many midpoints along the curve, sorted by their direction.
+fn midpoints<R: Real>(thread: &fabric::Thread, count: u32) -> Vec<Part<R>> {
+    let mut sorted: Vec<(f64, Vec<[R; 2]>)> = Vec::new();
+    for [tilt, direction] in thread.midpoints(count) {
+        let tilt = [R::of(tilt.cos()), R::of(tilt.sin())];
+        match sorted.iter_mut().find(|(same, _)| *same == direction) {
+            Some((_, tilts)) => tilts.push(tilt),
+            None => sorted.push((direction, vec![tilt])),
+        }
+    }
+    let part = |(direction, tilts): (f64, Vec<[R; 2]>)| Part {
+        frame: ThreadFrame::new(direction),
+        share: R::of(tilts.len() as f64 / f64::from(count)),
+        tilts: Tilts::Midpoints(tilts),
+    };
+    sorted.into_iter().map(part).collect()
+}
+
+/// How many parts of a sweep have nodes of their own.
+pub fn sweep_parts(sweep: &Sweep) -> usize {
+    (sweep.width() / SWEEP_PART).ceil().max(1.0) as usize
+}
+
+/// Nodes that are placed for each pair on the straight strands of a thread, and fixed ones on what sweeps.
+fn placed<R: Real>(thread: &fabric::Thread, nodes: &[[f64; 2]]) -> Vec<Part<R>> {
+    let strands = thread.strands(0.0);
+    let mut parts = Vec::new();
+    for strand in &strands.straight {
+        parts.push(Part {
+            frame: ThreadFrame::new(strand.direction),
+            share: R::of(strand.share),
+            tilts: Tilts::Placed {
+                nodes: PlacedNodes::new(&strand.tangents(), &thread.optics, nodes),
+                curve: strand.tangents(),
             },
-            projection: R::of(projection),
+        });
+    }
+    for sweep in &strands.sweeps {
+        for part in sweep.parts(sweep_parts(sweep)) {
+            for [node, weight] in nodes {
+                let [tilt, direction] = part.at(0.5 + 0.5 * node);
+                parts.push(Part {
+                    frame: ThreadFrame::new(direction),
+                    share: R::of(0.5 * weight * part.share),
+                    tilts: Tilts::Midpoints(vec![[R::of(tilt.cos()), R::of(tilt.sin())]]),
+                });
+            }
+        }
+    }
+    parts
+}
+
+impl<R: Real> Thread<R> {
+    /// The thread's part for a pair, by any rule.
+    fn response(&self, model: &Sadeghi<R>, wi: Vec3<R>, wr: Vec3<R>) -> ThreadResponse<R> {
+        match &self.tangents {
+            Tangents::Fixed(_) => self.response_in_lanes(model, wi, wr),
+            Tangents::Adaptive(mean) => mean
+                .at(wi.map(R::to_double), wr.map(R::to_double))
+                .map(R::of),
         }
     }
 
@@ -195,15 +228,37 @@ impl<R: Real> Thread<R> {
         wi: Vec3<L>,
         wr: Vec3<L>,
     ) -> ThreadResponse<L> {
-        let pair = ThreadPair::new(wi, wr, splat(model.sigma_u));
         let optics = self.optics.cast::<L>();
-        match &self.tangents {
-            Tangents::Midpoints(tilts) => {
+        let mut sum = ThreadResponse::zero();
+        if let Tangents::Fixed(parts) = &self.tangents {
+            for part in parts {
+                sum = sum.plus(splat(part.share), part.response(model, &optics, wi, wr));
+            }
+        }
+        sum
+    }
+}
+
+impl<R: Real> Part<R> {
+    /// The mean over its tilts.
+    #[inline(always)]
+    fn response<L: Lanes>(
+        &self,
+        model: &Sadeghi<R>,
+        optics: &Optics<L>,
+        wi: Vec3<L>,
+        wr: Vec3<L>,
+    ) -> ThreadResponse<L> {
+        let frame = self.frame.cast::<L>();
+        let (wi, wr) = (frame.to_thread(wi), frame.to_thread(wr));
+        let pair = ThreadPair::new(wi, wr, splat(model.sigma_u));
+        match &self.tilts {
+            Tilts::Midpoints(tilts) => {
                 let weight = L::of(1.0 / tilts.len() as f64);
                 let mut sum = ThreadResponse::zero();
                 for [cos, sin] in tilts {
                     let (cos, sin) = (splat::<R, L>(*cos), splat::<R, L>(*sin));
-                    sum.response = sum.response.plus(weight, pair.response(&optics, cos, sin));
+                    sum.response = sum.response.plus(weight, pair.response(optics, cos, sin));
                     sum.projection += weight
                         * match model.reweighting {
                             Reweighting::View => pair.projection(cos, sin),
@@ -212,16 +267,15 @@ impl<R: Real> Thread<R> {
                 }
                 sum
             }
-            Tangents::Placed { nodes, curve } => ThreadResponse {
+            Tilts::Placed { nodes, curve } => ThreadResponse {
                 response: nodes
-                    .mean_response(&pair, &optics)
-                    .plus(L::one(), curve.response_of_tilts(&pair, &optics)),
+                    .mean_response(&pair, optics)
+                    .plus(L::one(), curve.response_of_tilts(&pair, optics)),
                 projection: match model.reweighting {
                     Reweighting::View => curve.projection(wr),
                     Reweighting::Both => curve.joint_projection(&pair),
                 },
             },
-            Tangents::Adaptive { .. } => ThreadResponse::zero(),
         }
     }
 }
@@ -274,7 +328,7 @@ impl Sadeghi<f32> {
 
     /// Whether the rule takes the same steps for every pair.
     fn is_in_lanes(&self) -> bool {
-        let adaptive = |thread: &Thread<f32>| matches!(thread.tangents, Tangents::Adaptive { .. });
+        let adaptive = |thread: &Thread<f32>| matches!(thread.tangents, Tangents::Adaptive(_));
         !self.threads.iter().any(adaptive)
     }
 }

@@ -60,7 +60,7 @@ pub fn irawan_of(fabric: &Fabric) -> Irawan {
             [1.0; 3]
         };
         Yarn {
-            direction: thread.direction,
+            direction: thread.direction(),
             coverage: thread.coverage,
             specular: tint.map(|tint| (1.0 - thread.optics.k_d) * tint),
             alpha: 0.01,

@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Options, ReportError};
 use crate::bake::{Direct, Preset, Settings, bake};
-use crate::fabric::{Fabric, Thread};
+use crate::fabric::{Fabric, Strand, Thread};
 use crate::fit::{FitError, fit};
 use crate::metrics::Pairs;
-use crate::model::{Model, ModelKind, Rule, Sadeghi};
+use crate::model::{Model, ModelKind, Rule, Sadeghi, sweep_parts};
 use crate::progress::Progress;
 use crate::table::{Encoding, Table};
 
@@ -122,7 +122,8 @@ pub(super) fn of_fabric(
     }
 
     let mut bakes = bakes(options);
-    let has_grid = |thread: &Thread| !thread.tangents::<f64>().segments().is_empty();
+    let has_grid =
+        |thread: &Thread| !thread.is_straight() || !thread.tangents::<f64>().segments().is_empty();
     if !fabric.visible_threads().any(has_grid) {
         // All tables are the same: closed forms and no samples.
         bakes.truncate(1);
@@ -142,15 +143,18 @@ pub(super) fn of_fabric(
 /// The evaluators of a rule, one pair at a time and many.
 fn direct(fabric: &Fabric, rule: Rule) -> Vec<Candidate> {
     let model = Arc::new(Sadeghi::<f32>::new(fabric, rule));
-    let parts = |thread: &Thread| {
-        let curve = thread.tangents::<f64>();
-        (curve.tilts().len(), curve.segments().len())
-    };
-    // A tilt or node is two numbers, a segment's ends and density are five.
+    // A tilt or node is two numbers, a segment's ends and density are five, a tangent of what sweeps five.
     let (name, family, numbers) = match rule {
         Rule::Quadrature(nodes) => {
-            let of_thread = |(tilts, segments)| 3 * tilts + 5 * segments + 2 * nodes as usize;
-            let numbers = fabric.visible_threads().map(parts).map(of_thread).sum();
+            let of_thread = |thread: &Thread| {
+                let strands = thread.strands(0.0);
+                let curves = strands.straight.iter().map(Strand::tangents::<f64>);
+                let straight = curves.map(|x| 3 * x.tilts().len() + 5 * x.segments().len());
+                let parts: usize = strands.sweeps.iter().map(sweep_parts).sum();
+                let nodes = nodes as usize;
+                straight.sum::<usize>() + 5 * parts * nodes + 2 * nodes
+            };
+            let numbers = fabric.visible_threads().map(of_thread).sum();
             (format!("quadrature:{nodes}"), Family::Quadrature, numbers)
         }
         Rule::Midpoint(samples) => {

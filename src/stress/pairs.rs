@@ -78,16 +78,16 @@ impl Geometry {
     }
 
     fn pair(self, draw: &mut Draw, fabric: &Fabric, thread: &Thread) -> [Vec3<f64>; 2] {
-        let frame = thread.frame::<f64>();
-        let delta = draw.tilt(thread);
+        let [delta, direction] = draw.tangent(thread);
+        let frame = ThreadFrame::new(direction);
         match self {
             Self::Grazing => {
-                let (low, any) = (draw.azimuth(thread), draw.direction());
+                let (low, any) = (draw.azimuth(direction), draw.direction());
                 let grazing = elevated(low, draw.small());
                 match draw.below(3) {
                     0 => [grazing, any],
                     1 => [any, grazing],
-                    _ => [grazing, elevated(draw.azimuth(thread), draw.small())],
+                    _ => [grazing, elevated(draw.azimuth(direction), draw.small())],
                 }
             }
             Self::Retro => {
@@ -96,11 +96,11 @@ impl Geometry {
                 } else {
                     draw.uniform() * FRAC_PI_2
                 };
-                let w = elevated(draw.azimuth(thread), elevation);
+                let w = elevated(draw.azimuth(direction), elevation);
                 [w, w]
             }
             Self::Mirror => {
-                let w = frame.to_thread(elevated(draw.azimuth(thread), draw.elevation()));
+                let w = frame.to_thread(elevated(draw.azimuth(direction), draw.elevation()));
                 let [t, s] = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]][draw.below(3)];
                 [w, [t * w[0], s * w[1], w[2]]].map(|w| frame.to_surface(w))
             }
@@ -112,11 +112,11 @@ impl Geometry {
                 } else {
                     delta.abs() + draw.offset()
                 };
-                let along = elevated(thread.direction + end, elevation);
+                let along = elevated(direction + end, elevation);
                 let other = if draw.below(2) == 0 {
                     draw.direction()
                 } else {
-                    elevated(thread.direction + end, draw.small())
+                    elevated(direction + end, draw.small())
                 };
                 draw.either([along, other])
             }
@@ -126,19 +126,19 @@ impl Geometry {
                 } else {
                     -FRAC_PI_2
                 };
-                let across = elevated(thread.direction + side, draw.elevation());
+                let across = elevated(direction + side, draw.elevation());
                 let other = if draw.below(2) == 0 {
                     draw.direction()
                 } else {
-                    elevated(thread.direction - side, draw.elevation())
+                    elevated(direction - side, draw.elevation())
                 };
                 draw.either([across, other])
             }
             Self::Opposite => {
                 let (a, b) = (draw.small(), draw.small());
                 let pair = [
-                    elevated(thread.direction + draw.offset(), a),
-                    elevated(thread.direction + PI + draw.offset(), b),
+                    elevated(direction + draw.offset(), a),
+                    elevated(direction + PI + draw.offset(), b),
                 ];
                 draw.either(pair)
             }
@@ -165,7 +165,7 @@ impl Geometry {
             }
             Self::Sides => {
                 let (a, b) = (draw.small(), draw.small());
-                let side = thread.direction + FRAC_PI_2;
+                let side = direction + FRAC_PI_2;
                 let turn = draw.offset();
                 let pair = [
                     elevated(side + turn, a),
@@ -216,11 +216,11 @@ pub(super) fn on_planes(table: &Table, count: usize, seed: u64) -> Vec<[Vec3<f32
     }
     while pairs.len() < count {
         let (frame, grid) = grids[draw.below(grids.len())];
-        let axis = draw.below(4);
+        let axis = draw.below(grid.coordinates().rank());
         let knots: Vec<f64> = grid.axes()[axis].knots().collect();
         let mut u = [0.0; 4].map(|_: f64| 1e-3 + 0.998 * draw.uniform());
         u[axis] = knots[draw.below(knots.len())].clamp(1e-6, 1.0 - 1e-6);
-        let (wi, wr) = grid.chart().directions(u);
+        let (wi, wr) = grid.coordinates().directions(u);
         let on = [wi, wr].map(|w| frame.to_surface(w).map(|x| x as f32));
         for ulp in [0, 1, -1] {
             let beside = |x: f32| match ulp {
@@ -286,10 +286,10 @@ impl Draw {
         }
     }
 
-    /// Any azimuth, or one along or across the thread.
-    fn azimuth(&mut self, thread: &Thread) -> f64 {
+    /// Any azimuth, or one along or across a thread's direction.
+    fn azimuth(&mut self, direction: f64) -> f64 {
         match self.below(3) {
-            0 => thread.direction + FRAC_PI_2 * self.below(4) as f64 + self.offset(),
+            0 => direction + FRAC_PI_2 * self.below(4) as f64 + self.offset(),
             _ => TAU * self.uniform(),
         }
     }
@@ -298,12 +298,13 @@ impl Draw {
         elevated(TAU * self.uniform(), self.uniform().asin())
     }
 
-    /// One of the thread's tangent offsets, or a tilt between.
-    fn tilt(&mut self, thread: &Thread) -> f64 {
+    /// Tilt and direction at one of the thread's tangent offsets, or between.
+    fn tangent(&mut self, thread: &Thread) -> [f64; 2] {
         if self.below(2) == 0 {
-            thread.tangent_offsets[self.below(thread.tangent_offsets.len())]
+            let end = self.below(thread.tangent_offsets.len());
+            [thread.tangent_offsets[end], thread.directions[end]]
         } else {
-            thread.tilt_at(self.uniform())
+            thread.tangent_at(self.uniform())
         }
     }
 

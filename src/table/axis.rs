@@ -11,6 +11,8 @@
 //! knots, and at the ends it is the first and the last coefficient. Where functions bend, at a knot that is a kink, the
 //! neighbour's width counts as 0 too: left and right share a coefficient there and nothing else.
 //!
+//! An axis along which nothing changes has one knot, 0, and one coefficient.
+//!
 //! Why quadratic: three coefficients per axis make 27 rows of 3 in four dimensions, against 64 rows of 4 for cubics, and
 //! what is interpolated has few continuous derivatives. `table/mod.rs` has the measurements.
 
@@ -50,6 +52,26 @@ struct Cell {
 pub(crate) const TAPS: usize = 3;
 
 impl Axis {
+    /// An axis along which nothing changes: one knot, one coefficient.
+    pub fn flat() -> Self {
+        Self {
+            depth: 0,
+            knots: vec![0],
+            kink: None,
+            firsts: vec![0; 2],
+            // With t = 0 all weight is on the first coefficient.
+            cells: vec![Cell {
+                falling: 1.0,
+                ..Cell::default()
+            }],
+        }
+    }
+
+    /// Whether nothing changes along it.
+    pub fn is_flat(&self) -> bool {
+        self.knots.len() == 1
+    }
+
     /// An axis with ascending `knots` in units of 2^−`depth`, at least two, within \[0, 1\]; functions may bend at the
     /// inner knot ½ if `has_kink`.
     ///
@@ -116,6 +138,9 @@ impl Axis {
     /// How many coefficients there are.
     #[expect(clippy::len_without_is_empty, reason = "an axis is never empty")]
     pub fn len(&self) -> usize {
+        if self.is_flat() {
+            return 1;
+        }
         self.knots.len() + 1 + usize::from(self.kink.is_some())
     }
 
@@ -123,6 +148,9 @@ impl Axis {
     /// and the middles of cells.
     pub fn sites(&self) -> Vec<f64> {
         let knots: Vec<f64> = self.knots().collect();
+        if self.is_flat() {
+            return knots;
+        }
         let mut sites = vec![knots[0]];
         for (cell, ends) in knots.windows(2).enumerate() {
             sites.push(0.5 * (ends[0] + ends[1]));
@@ -285,6 +313,20 @@ mod tests {
         assert!((value(&axis, &coefficients, 0.25) + 0.1875).abs() < 1e-6);
         let [first] = axis.first(Single(f32::NAN));
         assert_eq!(first, 0);
+    }
+
+    #[test]
+    fn a_flat_axis_has_one_coefficient_for_any_coordinate() {
+        let axis = Axis::flat();
+        assert_eq!((axis.len(), axis.sites()), (1, vec![0.0]));
+        let mut values = vec![7.0];
+        axis.solve(&mut values, 1);
+        assert_eq!(values, [7.0]);
+        for u in [0.0, 0.3, 1.0, f32::NAN] {
+            let [first] = axis.first(Single(u));
+            let [weight, ..] = axis.weights(first, 0.0);
+            assert_eq!((first, weight), (0, 1.0), "{u}");
+        }
     }
 
     #[test]

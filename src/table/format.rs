@@ -6,15 +6,15 @@ use alloc::{borrow::ToOwned, string::String, vec, vec::Vec};
 
 use super::grid::{CHANNELS, PADDING};
 use super::{
-    Axis, Encoding, Error, Grid, MAX_KNOTS, Samples, Table, ThreadParameters, ThreadTable,
+    Axis, Encoding, Error, Grid, Grids, MAX_KNOTS, Samples, Table, ThreadParameters, ThreadTable,
 };
 use crate::brdf::{Optics, Reweighting, limits};
-use crate::chart::Chart;
+use crate::chart::{Chart, Coordinates};
 
 /// Major version of the format: readers refuse what they do not know.
 pub const MAJOR: u16 = 2;
 /// Minor version of the format.
-pub const MINOR: u16 = 1;
+pub const MINOR: u16 = 2;
 /// The most memory that samples and metadata of one file may take, whatever its header says.
 pub const MAX_DECODED_BYTES: u64 = 256 << 20;
 
@@ -91,9 +91,9 @@ impl Table {
         let thread_count = reader.count("number of threads", 0..=MAX_THREADS)?;
         let mut threads = Vec::new();
         for _ in 0..thread_count {
-            threads.push(reader.thread()?);
+            threads.push(reader.thread(minor)?);
         }
-        let grid_count = threads.iter().filter(|(_, grid)| grid.is_some()).count();
+        let grid_count: usize = threads.iter().map(|(_, grids)| grids.count()).sum();
         if chunk_count as usize != grid_count + 1 {
             return Err(reader.invalid("number of chunks"));
         }
@@ -124,26 +124,28 @@ impl Table {
                 offset: metadata_chunk.offset,
             })?;
         let mut loaded = Vec::new();
-        for (parameters, grid) in threads {
-            let grid = match grid {
-                None => None,
-                Some(grid) => {
-                    let chunk = grid_chunks
-                        .next()
-                        .ok_or(reader.invalid("number of chunks"))?;
-                    Some(grid.load(bytes, chunk)?)
-                }
-            };
-            loaded.push(ThreadTable::new(parameters, grid));
+        for (parameters, grids) in threads {
+            let grids = grids.try_map(|grid| {
+                let chunk = grid_chunks.next();
+                grid.load(bytes, chunk.ok_or(reader.invalid("number of chunks"))?)
+            })?;
+            loaded.push(ThreadTable::new(parameters, grids));
         }
-        Ok(Self {
+        let table = Self {
             threads: loaded,
             gap: (1.0 - coverage).max(0.0) as f32,
             sigma_u,
             rho_scale,
             reweighting,
             metadata,
-        })
+        };
+        if table.format() != (MAJOR, minor) {
+            return Err(Error::Invalid {
+                what: "minor version",
+                offset: 10,
+            });
+        }
+        Ok(table)
     }
 }
 
@@ -334,10 +336,34 @@ fn read_word(bytes: &[u8]) -> u32 {
         .fold(0, |word, byte| word << 8 | u32::from(*byte))
 }
 
+impl<G> Grids<G> {
+    fn count(&self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Segments(_) => 1,
+            Self::Curve { .. } => 2,
+        }
+    }
+
+    /// The same with every grid made another, in the order of the file.
+    fn try_map<T>(self, mut of: impl FnMut(G) -> Result<T, Error>) -> Result<Grids<T>, Error> {
+        Ok(match self {
+            Self::None => Grids::None,
+            Self::Segments(grid) => Grids::Segments(of(grid)?),
+            Self::Curve {
+                response,
+                projection,
+            } => Grids::Curve {
+                response: of(response)?,
+                projection: of(projection)?,
+            },
+        })
+    }
+}
+
 /// A grid's part of the header.
 struct GridHeader {
-    chart: Chart,
-    folded: bool,
+    coordinates: Coordinates,
     encoding: Encoding,
     scale: [f32; 2],
     axes: [Axis; 4],
@@ -377,20 +403,61 @@ impl GridHeader {
             });
         }
         let Self {
-            chart,
-            folded,
+            coordinates,
             encoding,
             scale,
             axes,
         } = self;
         Ok(Grid {
-            chart,
-            folded,
+            coordinates,
             axes,
             encoding,
             scale,
             samples,
         })
+    }
+}
+
+/// What grids may be functions of: the first four are those of a straight thread's segments, which always look the same from
+/// both sides, the first nine those of any response, and all those of a projection.
+const COORDINATES: [Coordinates; 11] = [
+    thread(Chart::Thesis, false, true),
+    thread(Chart::Thesis, true, true),
+    thread(Chart::Highlight, false, true),
+    thread(Chart::Highlight, true, true),
+    thread(Chart::Thesis, false, false),
+    thread(Chart::Thesis, true, false),
+    thread(Chart::Highlight, false, false),
+    thread(Chart::Highlight, true, false),
+    Coordinates::Isotropic,
+    Coordinates::View { isotropic: false },
+    Coordinates::View { isotropic: true },
+];
+
+const fn thread(chart: Chart, ends_fold: bool, sides_fold: bool) -> Coordinates {
+    Coordinates::Thread {
+        chart,
+        ends_fold,
+        sides_fold,
+    }
+}
+
+/// The two bytes that stand for coordinates.
+fn code_of(coordinates: Coordinates) -> [u8; 2] {
+    match coordinates {
+        Coordinates::Thread {
+            chart,
+            ends_fold,
+            sides_fold,
+        } => {
+            let chart = match chart {
+                Chart::Thesis => 0,
+                Chart::Highlight => 1,
+            };
+            [chart, u8::from(ends_fold) + 2 * u8::from(!sides_fold)]
+        }
+        Coordinates::Isotropic => [2, 0],
+        Coordinates::View { isotropic } => [3, u8::from(isotropic)],
     }
 }
 
@@ -507,7 +574,7 @@ impl Reader<'_> {
         })
     }
 
-    fn thread(&mut self) -> Result<(ThreadParameters, Option<GridHeader>), Error> {
+    fn thread(&mut self, minor: u16) -> Result<(ThreadParameters, Grids<GridHeader>), Error> {
         let name_bytes = self.count("length of a thread's name", 1..=64)?;
         let mut name = String::new();
         for _ in 0..name_bytes {
@@ -550,13 +617,14 @@ impl Reader<'_> {
             .iter()
             .map(|tilt| tilt.1)
             .chain(segments.iter().map(|segment| segment.2));
-        if (weights.sum::<f64>() - 1.0).abs() > 1e-6 {
+        let is_curve = minor >= 2 && tilts.is_empty() && segments.is_empty();
+        if !is_curve && (weights.sum::<f64>() - 1.0).abs() > 1e-6 {
             return Err(self.invalid("sum of a thread's weights"));
         }
         let mut nodes = Vec::new();
-        let grid = match self.u32()? {
-            0 if segments.is_empty() => None,
-            1 if !segments.is_empty() => Some(self.grid()?),
+        let grids = match self.u32()? {
+            0 if segments.is_empty() && !is_curve => Grids::None,
+            1 if !segments.is_empty() => Grids::Segments(self.grid(&COORDINATES[..4])?),
             2 if !segments.is_empty() => {
                 for _ in 0..self.count("number of nodes", 1..=MAX_DIRECT_NODES)? {
                     nodes.push([
@@ -564,8 +632,12 @@ impl Reader<'_> {
                         self.f64_where("weight of a node", |x| x > 0.0 && x <= 2.0)?,
                     ]);
                 }
-                None
+                Grids::None
             }
+            3 if is_curve => Grids::Curve {
+                response: self.grid(&COORDINATES[..9])?,
+                projection: self.grid(&COORDINATES)?,
+            },
             _ => return Err(self.invalid("how segments are evaluated")),
         };
         Ok((
@@ -579,21 +651,15 @@ impl Reader<'_> {
                 segments,
                 nodes,
             },
-            grid,
+            grids,
         ))
     }
 
-    fn grid(&mut self) -> Result<GridHeader, Error> {
-        let chart = match self.u8()? {
-            0 => Chart::Thesis,
-            1 => Chart::Highlight,
-            _ => return Err(self.invalid("chart")),
-        };
-        let folded = match self.u8()? {
-            0 => false,
-            1 => true,
-            _ => return Err(self.invalid("fold")),
-        };
+    /// A grid whose coordinates are among `known`.
+    fn grid(&mut self, known: &[Coordinates]) -> Result<GridHeader, Error> {
+        let codes = [self.u8()?, self.u8()?];
+        let coordinates = known.iter().copied().find(|known| code_of(*known) == codes);
+        let coordinates = coordinates.ok_or(self.invalid("coordinates"))?;
         let encoding = match self.u8()? {
             0 => Encoding::F32,
             1 => Encoding::I16,
@@ -611,7 +677,7 @@ impl Reader<'_> {
             }
         }
         let mut axes = Vec::new();
-        for has_kink in Chart::KINKS {
+        for (axis, has_kink) in coordinates.kinks().into_iter().enumerate() {
             let count = self.u16()? as usize;
             let depth = self.u8()?;
             self.zero(1)?;
@@ -623,14 +689,16 @@ impl Reader<'_> {
                 knots.push(self.u16()?);
             }
             self.zero(self.offset.next_multiple_of(4) - self.offset)?;
-            axes.push(
-                Axis::new(depth.into(), knots, has_kink).ok_or(self.invalid("knots of an axis"))?,
-            );
+            let axis = if axis < coordinates.rank() {
+                Axis::new(depth.into(), knots, has_kink)
+            } else {
+                (depth == 0 && knots == [0]).then(Axis::flat)
+            };
+            axes.push(axis.ok_or(self.invalid("knots of an axis"))?);
         }
         let axes = <[Axis; 4]>::try_from(axes).map_err(|_| self.invalid("axes"))?;
         Ok(GridHeader {
-            chart,
-            folded,
+            coordinates,
             encoding,
             scale,
             axes,
@@ -652,7 +720,7 @@ mod write {
         /// # Errors
         /// When zstd runs out of memory.
         pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
-            let grids: Vec<&Grid> = self.threads.iter().filter_map(ThreadTable::grid).collect();
+            let grids: Vec<&Grid> = self.threads.iter().flat_map(ThreadTable::grids).collect();
             let mut contents = vec![(
                 Codec::Zstd,
                 self.metadata.len(),
@@ -774,6 +842,11 @@ mod write {
                 put_u32(out, 1);
                 put_grid(out, grid);
             }
+            Segments::Curve(grids) => {
+                put_u32(out, 3);
+                put_grid(out, &grids.response);
+                put_grid(out, &grids.projection);
+            }
             Segments::Direct(_) => {
                 put_u32(out, 2);
                 put_u32(out, nodes.len());
@@ -785,11 +858,7 @@ mod write {
     }
 
     fn put_grid(out: &mut Vec<u8>, grid: &Grid) {
-        out.push(match grid.chart {
-            Chart::Thesis => 0,
-            Chart::Highlight => 1,
-        });
-        out.push(u8::from(grid.folded));
+        out.extend(code_of(grid.coordinates));
         out.push(match grid.encoding {
             Encoding::F32 => 0,
             Encoding::I16 => 1,

@@ -1,17 +1,16 @@
-//! The 4D table of one thread.
+//! A function of pairs of directions, tabulated.
 
 use super::{Axis, Encoding, Samples};
-use crate::chart::Chart;
+use crate::chart::Coordinates;
 
-/// Spline coefficients of S and V (or of their roots) of one thread's segments, over the box of a chart.
+/// Spline coefficients of S and V (or of their roots) of one thread's segments, over the box of its coordinates.
 ///
 /// Samples are ordered `[u₃][u₂][u₁][u₀][channel]`, the last index fastest, channel 0 of S and 1 of V: the coefficients
 /// that make up a value along the sharp axis are contiguous, both channels together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    pub(crate) chart: Chart,
-    /// Whether only u₀ ≥ ½ is stored, the segments looking the same from both ends of the thread.
-    pub(crate) folded: bool,
+    pub(crate) coordinates: Coordinates,
+    /// Those beyond the coordinates' rank are flat, the others not.
     pub(crate) axes: [Axis; 4],
     pub(crate) encoding: Encoding,
     /// What the largest stored number stands for, per channel.
@@ -29,14 +28,19 @@ pub(crate) const ROW: usize = 8;
 pub(crate) const PADDING: usize = ROW - super::axis::TAPS * CHANNELS;
 
 impl Grid {
-    /// The chart that the axes are of.
-    pub fn chart(&self) -> Chart {
-        self.chart
+    /// What it is a function of.
+    pub fn coordinates(&self) -> Coordinates {
+        self.coordinates
     }
 
-    /// Whether the table holds the half u₀ ≥ ½ only, for a thread that looks the same from both ends.
-    pub fn is_folded(&self) -> bool {
-        self.folded
+    /// From one coefficient of u₁, u₂ and u₃ to the next, in samples; 0 along an axis that has one.
+    pub(crate) fn strides(&self) -> [usize; 3] {
+        let lengths = self.axes.each_ref().map(Axis::len);
+        let mut stride = CHANNELS;
+        [1, 2, 3].map(|axis| {
+            stride *= lengths[axis - 1];
+            if self.axes[axis].is_flat() { 0 } else { stride }
+        })
     }
 
     /// The axes of u₀ to u₃.

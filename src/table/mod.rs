@@ -79,7 +79,15 @@ impl Table {
 
     /// The version of the format that it is written in: the oldest that can hold it.
     pub fn format(&self) -> (u16, u16) {
-        (MAJOR, if self.rho_scale == 1.0 { 0 } else { MINOR })
+        let is_curve = |thread: &ThreadTable| thread.projection_grid().is_some();
+        let minor = if self.threads.iter().any(is_curve) {
+            2
+        } else if self.rho_scale != 1.0 {
+            1
+        } else {
+            0
+        };
+        (MAJOR, minor)
     }
 
     /// How Q weighs tangents.
@@ -89,11 +97,8 @@ impl Table {
 
     /// Bytes of samples in memory, all threads.
     pub fn decoded_bytes(&self) -> usize {
-        self.threads
-            .iter()
-            .filter_map(ThreadTable::grid)
-            .map(Grid::bytes)
-            .sum()
+        let grids = self.threads.iter().flat_map(ThreadTable::grids);
+        grids.map(Grid::bytes).sum()
     }
 
     /// TOML text that says what made the table: fabric, settings, tool, measured error.
@@ -140,10 +145,29 @@ pub(crate) enum Segments {
     Grid(Box<Grid>),
     /// Directly, where that costs less or errs less.
     Direct(PlacedNodes<f32>),
+    /// By interpolation, as all of the thread: its direction changes along it.
+    Curve(Box<CurveGrids>),
+}
+
+/// What a thread is whose direction changes along its curve.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct CurveGrids {
+    /// S and V.
+    pub(crate) response: Grid,
+    /// The projection that Q sums, in the first channel; the second is 0.
+    pub(crate) projection: Grid,
+}
+
+/// The grids of a thread, as the file has them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Grids<G> {
+    None,
+    Segments(G),
+    Curve { response: G, projection: G },
 }
 
 impl ThreadTable {
-    pub(crate) fn new(parameters: ThreadParameters, grid: Option<Grid>) -> Self {
+    pub(crate) fn new(parameters: ThreadParameters, grids: Grids<Grid>) -> Self {
         let optics = parameters.optics.cast();
         let tangents = TangentCurve::from_parts(
             parameters.tilts.iter().copied(),
@@ -153,10 +177,17 @@ impl ThreadTable {
             frame: ThreadFrame::new(parameters.direction),
             coverage: parameters.coverage as f32,
             albedo: parameters.albedo.map(|channel| channel as f32),
-            segments: match grid {
-                Some(grid) => Segments::Grid(Box::new(grid)),
-                None if parameters.nodes.is_empty() => Segments::None,
-                None => Segments::Direct(PlacedNodes::new(
+            segments: match grids {
+                Grids::Segments(grid) => Segments::Grid(Box::new(grid)),
+                Grids::Curve {
+                    response,
+                    projection,
+                } => Segments::Curve(Box::new(CurveGrids {
+                    response,
+                    projection,
+                })),
+                Grids::None if parameters.nodes.is_empty() => Segments::None,
+                Grids::None => Segments::Direct(PlacedNodes::new(
                     &TangentCurve::from_parts(
                         core::iter::empty(),
                         parameters.segments.iter().copied(),
@@ -191,24 +222,39 @@ impl ThreadTable {
         self.albedo
     }
 
-    /// The thread's tangents: single tilts are evaluated, segments are in the grid or evaluated.
+    /// The thread's tangents: single tilts are evaluated, segments are in the grid or evaluated. None of a thread whose direction
+    /// changes along its curve.
     pub fn tangents(&self) -> &TangentCurve<f32> {
         &self.tangents
     }
 
-    /// The grid of the thread's segments, if they have one.
+    /// The grid of S and V, if the thread has one.
     pub fn grid(&self) -> Option<&Grid> {
         match &self.segments {
             Segments::Grid(grid) => Some(grid),
+            Segments::Curve(grids) => Some(&grids.response),
             Segments::None | Segments::Direct(_) => None,
         }
+    }
+
+    /// The grid of the projection, if the thread's direction changes along its curve. Others have it in closed form.
+    pub fn projection_grid(&self) -> Option<&Grid> {
+        match &self.segments {
+            Segments::Curve(grids) => Some(&grids.projection),
+            Segments::None | Segments::Grid(_) | Segments::Direct(_) => None,
+        }
+    }
+
+    /// All grids, in the order of the file.
+    pub(crate) fn grids(&self) -> impl Iterator<Item = &Grid> {
+        self.grid().into_iter().chain(self.projection_grid())
     }
 
     /// How many tilts per segment are evaluated for a pair, if the segments have no grid.
     pub fn direct_nodes(&self) -> Option<usize> {
         match &self.segments {
             Segments::Direct(nodes) => Some(nodes.count()),
-            Segments::None | Segments::Grid(_) => None,
+            Segments::None | Segments::Grid(_) | Segments::Curve(_) => None,
         }
     }
 }

@@ -210,6 +210,9 @@ pub(crate) struct ReportArgs {
     /// Bake no other sizes and encodings than those of the presets.
     #[arg(long, conflicts_with = "sizes")]
     pub(crate) no_sweep: bool,
+    /// Fit no other models, which takes up to half a minute per fabric.
+    #[arg(long)]
+    pub(crate) no_fits: bool,
     /// Which of the named albedos of a TOML file to use [default: the first by name].
     #[arg(long, value_name = "NAME")]
     pub(crate) variant: Option<String>,

@@ -49,9 +49,14 @@ fn fabric_json(fabric: &Fabric) -> Value {
 }
 
 fn thread_json(thread: &Thread) -> Value {
+    let directions: Value = if thread.is_straight() {
+        degrees(thread.direction()).into()
+    } else {
+        thread.directions.iter().copied().map(degrees).collect()
+    };
     json!({
         "name": thread.name,
-        "direction_deg": degrees(thread.direction),
+        "direction_deg": directions,
         "coverage": thread.coverage,
         "albedo": thread.albedo,
         "eta": thread.optics.eta,

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use sateen::bake::Provenance;
+use sateen::chart::Coordinates;
 use sateen::fabric::Fabric;
 use sateen::metrics::Reflectance;
 use sateen::table::{Axis, Grid, Table, ThreadTable};
@@ -85,6 +86,9 @@ fn thread_text(thread: &ThreadTable) -> String {
     if let Some(grid) = thread.grid() {
         parts.push(grid_text(grid));
     }
+    if let Some(grid) = thread.projection_grid() {
+        parts.push(format!("projection {}", grid_text(grid)));
+    }
     if let Some(nodes) = thread.direct_nodes() {
         let segments = thread.tangents().segments().len();
         parts.push(format!(
@@ -95,17 +99,33 @@ fn thread_text(thread: &ThreadTable) -> String {
 }
 
 fn grid_text(grid: &Grid) -> String {
-    let names = grid.chart().axis_names();
-    let axis = |(axis, name): (&Axis, &str)| format!("{name} {}", axis.len());
+    let coordinates = grid.coordinates();
+    let names = coordinates.names();
+    let axis = |(axis, name): (&Axis, &&str)| format!("{name} {}", axis.len());
     let axes: Vec<String> = grid.axes().iter().zip(names).map(axis).collect();
-    let fold = if grid.is_folded() {
-        format!(", folded at {} = 0 (both ends look the same)", names[0])
-    } else {
-        String::new()
+    let (chart, fold) = match coordinates {
+        Coordinates::Thread {
+            chart,
+            ends_fold,
+            sides_fold,
+        } => {
+            let mut fold = String::new();
+            if ends_fold {
+                fold += &format!(", folded at {} = 0 (both ends look the same)", names[0]);
+            }
+            if !sides_fold {
+                fold += ", not folded at phi_h = 0 (its sides differ)";
+            }
+            (name_of(&chart), fold)
+        }
+        Coordinates::Isotropic => (
+            "isotropic".to_owned(),
+            ", without a fourth axis (all directions look the same)".to_owned(),
+        ),
+        Coordinates::View { .. } => ("view".to_owned(), String::new()),
     };
     format!(
-        "{} chart, {} coefficients as {}, {}{fold}",
-        name_of(&grid.chart()),
+        "{chart} chart, {} coefficients as {}, {}{fold}",
         axes.join(" × "),
         name_of(&grid.encoding()),
         bytes(grid.bytes())
@@ -121,14 +141,25 @@ fn name_of(value: &impl serde::Serialize) -> String {
 }
 
 fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes: usize) -> Value {
-    let axis = |(axis, name): (&Axis, &str)| json!({ "name": name, "coefficients": axis.len(), "knots": axis.knots().collect::<Vec<f64>>() });
+    let axis = |(axis, name): (&Axis, &&str)| json!({ "name": name, "coefficients": axis.len(), "knots": axis.knots().collect::<Vec<f64>>() });
     let grid = |grid: &Grid| {
+        let coordinates = grid.coordinates();
+        let (chart, ends_fold, sides_fold) = match coordinates {
+            Coordinates::Thread {
+                chart,
+                ends_fold,
+                sides_fold,
+            } => (name_of(&chart), ends_fold, sides_fold),
+            Coordinates::Isotropic => ("isotropic".to_owned(), false, true),
+            Coordinates::View { .. } => ("view".to_owned(), false, false),
+        };
         json!({
-            "chart": grid.chart(),
+            "chart": chart,
             "encoding": grid.encoding(),
-            "folded": grid.is_folded(),
+            "folded": ends_fold,
+            "sides_folded": sides_fold,
             "bytes": grid.bytes(),
-            "axes": grid.axes().iter().zip(grid.chart().axis_names()).map(axis).collect::<Value>(),
+            "axes": grid.axes().iter().zip(coordinates.names()).map(axis).collect::<Value>(),
         })
     };
     let thread = |thread: &ThreadTable| {
@@ -149,6 +180,7 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             "segments": segments.collect::<Value>(),
             "direct_nodes": thread.direct_nodes(),
             "grid": thread.grid().map(grid),
+            "projection_grid": thread.projection_grid().map(grid),
         })
     };
     let (major, minor) = table.format();

@@ -55,6 +55,9 @@ fn options(args: &ReportArgs) -> Options {
         options.sizes.clear();
         options.encodings.clear();
     }
+    if args.no_fits {
+        options.fits.clear();
+    }
     if let Some(sizes) = &args.sizes {
         options.sizes.clone_from(sizes);
     }
