@@ -9,6 +9,7 @@ machine that the script ran on, in batches and one pair at a time, and tested by
 import csv
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,12 +20,16 @@ COLUMNS = "fabric preset mean p99 max grazing_p99 decoded_bytes file_bytes ns sp
 PRESETS = ["draft", "standard", "fine"]
 
 
-def sateen(*arguments):
-    command = ["cargo", "run", "--quiet", "--release", "--locked", "--", *arguments]
-    return subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout
+def build(folder):
+    """The tool as it is now, whatever becomes of the sources meanwhile."""
+    subprocess.run(["cargo", "build", "--quiet", "--release", "--locked"], cwd=ROOT, check=True)
+    return shutil.copy(ROOT / "target" / "release" / "sateen", folder)
 
 
-def rows(preset, fabrics, folder):
+def rows(tool, preset, fabrics, folder):
+    def sateen(*arguments):
+        return subprocess.run([tool, *arguments], check=True, stdout=subprocess.PIPE).stdout
+
     bakes = json.loads(sateen("bake", *(fabrics or ["--all"]), "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))
     report = f"{folder}/report-{preset}"
     sateen("report", *fabrics, "--presets", preset, "--no-sweep", "--no-fits", "--pairs", "4096", "-o", report)
@@ -47,8 +52,9 @@ def main():
     if OUTPUT.exists():
         table = {(row["fabric"], row["preset"]): [row[c] for c in COLUMNS] for row in csv.DictReader(open(OUTPUT))}
     with tempfile.TemporaryDirectory() as folder:
+        tool = build(folder)
         for preset in presets:
-            table |= {(row[0], row[1]): row for row in rows(preset, fabrics, folder)}
+            table |= {(row[0], row[1]): row for row in rows(tool, preset, fabrics, folder)}
     order = lambda key: (PRESETS.index(key[1]), key[0])
     with open(OUTPUT, "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

@@ -11,7 +11,7 @@ use super::{Options, ReportError};
 use crate::bake::{Direct, Preset, Settings, bake};
 use crate::fabric::{Fabric, Strand, Thread};
 use crate::fit::{FitError, fit};
-use crate::metrics::Pairs;
+use crate::metrics::{Pairs, Reflectance};
 use crate::model::{Model, ModelKind, Rule, Sadeghi, sweep_parts};
 use crate::progress::Progress;
 use crate::table::{Encoding, Table};
@@ -49,6 +49,8 @@ pub struct Candidate {
     pub decoded_bytes: usize,
     /// Bytes of the file that it is made from: a table, or the fabric's TOML. A fit has none yet.
     pub file_bytes: usize,
+    /// How much it reflects, if that is not what the fabric does.
+    pub reflectance: Option<Reflectance>,
     eval: Box<Eval>,
 }
 
@@ -86,6 +88,7 @@ impl Candidate {
             batch: true,
             decoded_bytes,
             file_bytes,
+            reflectance: None,
             eval: Box::new(eval_cos),
         }
     }
@@ -185,11 +188,15 @@ fn fitted(
     progress: Progress<'_>,
 ) -> Result<Candidate, ReportError> {
     let models = fit(fabric, kind, progress)?.models;
+    let exact = kind.prepare::<f64>(&models).map_err(FitError::from)?;
     let model = kind.prepare::<f32>(&models).map_err(FitError::from)?;
     let model = model.expect("it was fitted");
     let name = format!("fit:{}", kind.name());
     let scalar = move |wi, wr| model.eval_cos(wi, wr);
-    Ok(Candidate::scalar(name, Family::Fit, (0, 0), scalar))
+    Ok(Candidate {
+        reflectance: exact.map(|exact| Reflectance::of(&*exact)),
+        ..Candidate::scalar(name, Family::Fit, (0, 0), scalar)
+    })
 }
 
 /// The evaluators of one table.

@@ -26,7 +26,9 @@ use serde::{Deserialize, Serialize};
 use crate::bake::{BakeError, Preset};
 use crate::fabric::Fabric;
 use crate::fit::FitError;
-use crate::metrics::{DEFAULT_PAIRS, PairErrors, Pairs, Physics, Truth, VALIDATION_SEED, median};
+use crate::metrics::{
+    DEFAULT_PAIRS, PairErrors, Pairs, Physics, Reflectance, Truth, VALIDATION_SEED, median,
+};
 use crate::model::ModelKind;
 use crate::progress::{Cancelled, Progress};
 use crate::table::{Encoding, Error};
@@ -144,6 +146,9 @@ pub struct Measurement {
     pub decoded_bytes: usize,
     /// Bytes of the file.
     pub file_bytes: usize,
+    /// How much it reflects, if it is another model's fit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<Reflectance>,
 }
 
 impl Report {
@@ -255,6 +260,7 @@ pub fn measure(
             speedup: of_rounds(&|round| round[thesis] / round[index]),
             decoded_bytes: candidate.decoded_bytes,
             file_bytes: candidate.file_bytes,
+            reflectance: candidate.reflectance.clone(),
         });
     }
     if let Some(table) = report.headline().filter(|table| !table.is_exact()) {

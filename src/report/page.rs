@@ -119,6 +119,11 @@ fn section(fabric: &FabricReport) -> Markup {
             h2 { (fabric.title) }
             p.lead { (fabric.summary()) }
             p { (fabric.physics.to_string()) " Mean reflectance over azimuths, brightest channel: " (fabric.physics.reflectance.to_string()) "." }
+            @for evaluator in &fabric.evaluators {
+                @if let Some(reflectance) = &evaluator.reflectance {
+                    p.note { (evaluator.evaluator) " reflects " (reflectance.to_string()) @if !reflectance.conserves_energy() { ", more than arrives" } "." }
+                }
+            }
             div.plots {
                 @for plot in plot::all(fabric) {
                     figure {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum, value_parser};
 use sateen::bake::{Direct, Preset};
 use sateen::chart::Chart;
@@ -129,8 +130,8 @@ pub(crate) struct EvalArgs {
     pub(crate) tables: Option<PathBuf>,
     /// Which model of the fabric. Others than sadeghi have a section of their name in its TOML file, which `sateen fit` makes;
     /// irawan is translated from the threads where there is none.
-    #[arg(long, value_enum, default_value_t = ModelArg::Sadeghi)]
-    pub(crate) model: ModelArg,
+    #[arg(long, default_value = SADEGHI, value_parser = evaluated_model())]
+    pub(crate) model: ::std::option::Option<ModelKind>,
     /// Append S, V and P of every thread, and Q, too.
     #[arg(long)]
     pub(crate) components: bool,
@@ -169,8 +170,8 @@ pub(crate) struct ValidateArgs {
 /// Prints the section of its parameters and says what the mean relative error is, measured as `validate` measures tables.
 #[derive(clap::Args)]
 pub(crate) struct FitArgs {
-    /// The model to fit: lambert, oren-nayar, torrance-sparrow or irawan.
-    #[arg(value_name = "MODEL", value_parser = parse_model)]
+    /// The model to fit.
+    #[arg(value_name = "MODEL", value_parser = fitted_model())]
     pub(crate) model: ModelKind,
     /// A name from the library, or a TOML file.
     #[arg(value_name = "FABRIC")]
@@ -354,31 +355,6 @@ impl From<EncodingArg> for Encoding {
     }
 }
 
-/// A model to evaluate.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ModelArg {
-    /// The microcylinder model, of which tables are made.
-    Sadeghi,
-    Lambert,
-    OrenNayar,
-    TorranceSparrow,
-    /// Irawan and Marschner's, at large scale.
-    Irawan,
-}
-
-impl ModelArg {
-    /// One of the others than Sadeghi's.
-    pub(crate) fn other(self) -> Option<ModelKind> {
-        Some(match self {
-            Self::Sadeghi => return None,
-            Self::Lambert => ModelKind::Lambert,
-            Self::OrenNayar => ModelKind::OrenNayar,
-            Self::TorranceSparrow => ModelKind::TorranceSparrow,
-            Self::Irawan => ModelKind::Irawan,
-        })
-    }
-}
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Evaluator {
     Table,
@@ -388,12 +364,25 @@ pub(crate) enum Evaluator {
 const MAX_MIDPOINTS: u32 = 1_000_000;
 const MAX_NODES: u32 = 64;
 
-fn parse_model(text: &str) -> Result<ModelKind, String> {
-    let named = ModelKind::ALL.into_iter().find(|kind| kind.name() == text);
-    named.ok_or_else(|| {
-        let names = ModelKind::ALL.map(ModelKind::name);
-        format!("it is one of {}", names.join(", "))
-    })
+/// The model of which tables are made.
+const SADEGHI: &str = "sadeghi";
+
+/// A model that can be fitted, by name.
+fn fitted_model() -> impl TypedValueParser<Value = ModelKind> {
+    PossibleValuesParser::new(ModelKind::ALL.map(ModelKind::name))
+        .map(|name| other_model(&name).expect("one of those names"))
+}
+
+/// A model to evaluate: none is Sadeghi's.
+fn evaluated_model() -> impl TypedValueParser<Value = Option<ModelKind>> {
+    let names = [SADEGHI]
+        .into_iter()
+        .chain(ModelKind::ALL.map(ModelKind::name));
+    PossibleValuesParser::new(names).map(|name| other_model(&name))
+}
+
+fn other_model(name: &str) -> Option<ModelKind> {
+    ModelKind::ALL.into_iter().find(|kind| kind.name() == name)
 }
 
 fn parse_evaluator(text: &str) -> Result<Evaluator, String> {

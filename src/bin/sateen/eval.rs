@@ -132,7 +132,7 @@ fn single(w: [f64; 3]) -> [f32; 3] {
 
 /// A table or model for every fabric that a pattern needs.
 fn cloths_of(pattern: &Pattern, args: &EvalArgs) -> Result<Vec<Cloth>> {
-    if let Some(kind) = args.model.other() {
+    if let Some(kind) = args.model {
         let message = format!("--model {} is for one fabric, not a pattern", kind.name());
         return Err(Usage(message).into());
     }
@@ -191,7 +191,7 @@ impl Source {
             let message = format!("--tables is for patterns, but {} is none", args.subject);
             return Err(Usage(message).into());
         }
-        if let Some(kind) = args.model.other() {
+        if let Some(kind) = args.model {
             return Self::other(subject, kind, args);
         }
         let (cloth, threads) = match (subject, args.evaluator) {

@@ -5,8 +5,9 @@ use sateen::bake::Provenance;
 use sateen::chart::Coordinates;
 use sateen::fabric::Fabric;
 use sateen::metrics::Reflectance;
+use sateen::model::ModelKind;
 use sateen::table::{Axis, Grid, Table, ThreadTable};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::Outcome;
 use crate::args::InfoArgs;
@@ -48,6 +49,14 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
     let reflectance = Reflectance::of_fabric(fabric);
     text += &format!("  reflects   {reflectance}\n");
     text += &energy_text(fabric, &reflectance);
+    for (kind, reflectance) in reflectance_of_models(fabric) {
+        text += &format!("  {} reflects {reflectance}", kind.name());
+        text += if reflectance.conserves_energy() {
+            "\n"
+        } else {
+            ", more than arrives\n"
+        };
+    }
     for thread in table.threads() {
         text += &thread_text(thread);
     }
@@ -59,6 +68,15 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         provenance.error.seed
     );
     text + &error_lines(&provenance.error)
+}
+
+/// Of the other models that the fabric's file has parameters of.
+fn reflectance_of_models(fabric: &Fabric) -> impl Iterator<Item = (ModelKind, Reflectance)> {
+    ModelKind::ALL.into_iter().filter_map(|kind| {
+        // Files are checked to have spines.
+        let model = kind.prepare::<f64>(&fabric.models).ok()??;
+        Some((kind, Reflectance::of(&*model)))
+    })
 }
 
 fn energy_text(fabric: &Fabric, reflectance: &Reflectance) -> String {
@@ -191,6 +209,9 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         "reweighting": table.reweighting(),
         "rho_scale": table.rho_scale(),
         "reflectance": Reflectance::of_fabric(fabric),
+        "reflectance_of_models": reflectance_of_models(fabric)
+            .map(|(kind, reflectance)| (kind.name().to_owned(), json!(reflectance)))
+            .collect::<Map<String, Value>>(),
         "threads": table.threads().iter().map(thread).collect::<Value>(),
         "tool": provenance.tool,
         "settings": provenance.settings,
