@@ -1,6 +1,6 @@
 //! What is wrapped around: ρ at many points of a surface.
 
-use super::{Place, View, radiance};
+use super::{Light, Place, radiance};
 use crate::math::simd::Level;
 use crate::lookup::Quantity;
 use crate::model::{Model, Sadeghi};
@@ -50,7 +50,7 @@ impl Swatch {
 /// Points of a cloth that is lit and seen: structures of arrays.
 pub(super) struct Points<'a> {
     cloth: &'a Cloth,
-    light: [f64; 3],
+    light: &'a Light,
     /// From arc lengths to the pattern's u and v.
     scale: f64,
     wi: [Vec<f32>; 3],
@@ -60,12 +60,12 @@ pub(super) struct Points<'a> {
 }
 
 impl<'a> Points<'a> {
-    /// None yet.
-    pub(super) fn new(cloth: &'a Cloth, view: &View) -> Self {
+    /// None yet; a pattern repeats `repeats` times along an arc length of 1.
+    pub(super) fn new(cloth: &'a Cloth, light: &'a Light, repeats: f64) -> Self {
         Self {
             cloth,
-            light: view.light,
-            scale: cloth.period().unwrap_or(1.0) * view.repeats / std::f64::consts::PI,
+            light,
+            scale: cloth.period().unwrap_or(1.0) * repeats,
             wi: Default::default(),
             wr: Default::default(),
             uv: Vec::new(),
@@ -76,7 +76,7 @@ impl<'a> Points<'a> {
     pub(super) fn push(&mut self, place: &Place) {
         let axes = [place.warp, place.weft, place.normal];
         for (k, axis) in axes.iter().enumerate() {
-            let [x, y, z] = self.light;
+            let [x, y, z] = self.light.direction;
             self.wi[k].push((axis[0] * x + axis[1] * y + axis[2] * z) as f32);
             // The viewer is at (0, 0, 1).
             self.wr[k].push(axis[2] as f32);
@@ -89,10 +89,11 @@ impl<'a> Points<'a> {
     /// Radiance of every point, linear RGB.
     pub(super) fn radiance(&self) -> Vec<[f32; 3]> {
         let count = self.wi[0].len();
+        let of_rho = |rho| radiance(rho, self.light.strength);
         let (wi, wr) = (self.wi.each_ref(), self.wr.each_ref());
         let one_by_one = |rho: &dyn Fn(usize, [f32; 3], [f32; 3]) -> [f32; 3]| {
             let at = |index: usize| rho(index, wi.map(|w| w[index]), wr.map(|w| w[index]));
-            (0..count).map(|index| at(index).map(radiance)).collect()
+            (0..count).map(|index| at(index).map(of_rho)).collect()
         };
         let mut rho = [(); 3].map(|()| vec![0.0; count]);
         let (wi_slices, wr_slices) = (wi.map(Vec::as_slice), wr.map(Vec::as_slice));
@@ -118,7 +119,7 @@ impl<'a> Points<'a> {
         }
         let [r, g, b] = &rho;
         (0..count)
-            .map(|index| [r[index], g[index], b[index]].map(radiance))
+            .map(|index| [r[index], g[index], b[index]].map(of_rho))
             .collect()
     }
 }

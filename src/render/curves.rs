@@ -106,14 +106,16 @@ pub fn curves(
         .map(|cylinder| {
             let point = |k: u32| {
                 let angle = FRAC_PI_2 * (f64::from(2 * (k + 1)) / f64::from(POINTS + 1) - 1.0);
-                let mut points = Points::new(cloth, view);
-                for k in 0..heights {
-                    points.push(&cylinder.at(angle, height(k)));
-                }
                 let mut radiance = [0.0; 3];
-                for point in points.radiance() {
-                    for (sum, value) in radiance.iter_mut().zip(point) {
-                        *sum += f64::from(value) / f64::from(heights);
+                for light in &view.lights {
+                    let mut points = Points::new(cloth, light, view.repeats / Shape::Cylinders.span());
+                    for k in 0..heights {
+                        points.push(&cylinder.at(angle, height(k)));
+                    }
+                    for point in points.radiance() {
+                        for (sum, value) in radiance.iter_mut().zip(point) {
+                            *sum += f64::from(value) / f64::from(heights);
+                        }
                     }
                 }
                 steps.advance().map(|()| CurvePoint { angle, radiance })

@@ -1,21 +1,25 @@
 //! Pictures of cloth on cylinders and on a sphere, which show in one frame how it reflects at every angle.
 //!
-//! The camera is orthographic and looks along the normal of the picture's plane, −z; x is to the right and y upwards. One
-//! directional light of irradiance π at normal incidence lights the cloth, and nothing shadows it, so that the radiance of a pixel is
+//! The camera is orthographic and looks along the normal of the picture's plane, −z; x is to the right and y upwards. Directional
+//! lights of irradiance π e at normal incidence light the cloth, so that the radiance of a pixel is
 //!
 //! ```text
-//! L = π ρ(wi, wr),      ρ = BRDF × cosine
+//! L = Σ π e ρ(wi, wr),      ρ = BRDF × cosine
 //! ```
 //!
-//! and a white Lambertian surface that faces the light has L = 1. [`Shape::Cylinders`] is the setup of \[Fecho13\] chapters 4 and 5
-//! (figures 4.1 and 5.1), [`Shape::Sphere`] the mapping that 6.1.3 proposes. A [`Picture`] holds linear radiance and coverage;
+//! and a white Lambertian surface that faces one light of strength e = 1 has L = 1. [`Shape::Cylinders`] is the setup of \[Fecho13\] chapters 4 and 5
+//! (figures 4.1 and 5.1), [`Shape::Sphere`] the mapping that 6.1.3 proposes, neither of which
+//! shadows itself; a [`Drape`] is cloth that hangs, or any mesh, and does. A [`Picture`] holds linear radiance and coverage;
 //! [`Display`] is what a screen shows of it, by the exponent 1/2.2 that the thesis takes.
 
 mod cloth;
 mod compare;
 mod curves;
 mod display;
+mod drape;
 mod exr;
+mod load;
+mod mesh;
 mod shape;
 
 pub use cloth::{Cloth, Swatch};
@@ -23,7 +27,10 @@ use cloth::Points;
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;
+pub use drape::{curtain, trousers};
 pub use exr::{Layer, to_exr};
+pub use load::{MAX_MESH_BYTES, MeshError, load_mesh};
+pub use mesh::{Drape, Mesh};
 pub use shape::{Cylinder, Place, Shape};
 
 use std::f64::consts::PI;
@@ -36,21 +43,38 @@ use crate::progress::{Cancelled, Progress};
 const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
 
 /// How a picture is taken.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct View {
     /// Rows of the picture, at least 1.
     pub size: usize,
     /// Samples per pixel, at least 1.
     pub samples: u32,
-    /// Unit vector to the light: x right, y up, z to the viewer.
-    pub light: [f64; 3],
-    /// How often a pattern repeats across half the circumference of a cylinder or the sphere.
+    /// What lights the cloth.
+    pub lights: Vec<Light>,
+    /// How often a pattern repeats across half the circumference of a cylinder or the sphere, or along a curtain's rail.
     pub repeats: f64,
 }
 
-impl View {
-    /// A light that is turned from the camera to the right by `azimuth`, and raised by `elevation`, radians.
-    pub fn light_at(azimuth: f64, elevation: f64) -> [f64; 3] {
+/// A directional light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Unit vector to it: x right, y up, z to the viewer.
+    pub direction: [f64; 3],
+    /// Its irradiance at normal incidence over π.
+    pub strength: f64,
+}
+
+impl Light {
+    /// One light of irradiance π.
+    pub fn of(direction: [f64; 3]) -> Self {
+        Self {
+            direction,
+            strength: 1.0,
+        }
+    }
+
+    /// The direction to a light that is turned from the camera to the right by `azimuth`, and raised by `elevation`, radians.
+    pub fn direction_at(azimuth: f64, elevation: f64) -> [f64; 3] {
         [
             azimuth.sin() * elevation.cos(),
             elevation.sin(),
@@ -71,6 +95,33 @@ pub struct Picture {
     pub pixels: Vec<[f32; 4]>,
 }
 
+/// What is seen in a picture, half the height of which is 1.
+pub trait Scene: Sync {
+    /// Columns of a picture of that many rows.
+    fn width(&self, height: usize) -> usize;
+
+    /// The cloth seen at (x, y), from the middle of the picture to the right and upwards.
+    fn at(&self, x: f64, y: f64) -> Option<Seen>;
+
+    /// Whether nothing is between a place and the light in that direction.
+    fn is_lit(&self, seen: &Seen, light: [f64; 3]) -> bool;
+
+    /// The length of cloth, in units of [`Place::arc`], along which a pattern repeats [`View::repeats`] times.
+    fn span(&self) -> f64;
+
+    /// Whether all rows are the same if the cloth is the same everywhere.
+    fn has_equal_rows(&self) -> bool;
+}
+
+/// Cloth that is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// How the cloth lies there.
+    pub place: Place,
+    /// Where: x right, y up, z to the viewer, half the height of the picture 1.
+    pub position: [f64; 3],
+}
+
 /// Pairs that are evaluated at once, about.
 const BATCH: usize = 4096;
 
@@ -79,14 +130,13 @@ const BATCH: usize = 4096;
 /// # Errors
 /// When `progress` says stop.
 pub fn render(
-    shape: Shape,
+    scene: &dyn Scene,
     cloth: &Cloth,
     view: &View,
     progress: Progress<'_>,
 ) -> Result<Picture, Cancelled> {
-    let (width, height) = (shape.width(view.size), view.size);
-    // Of upright cylinders in one colour all rows are the same.
-    let is_one_row = shape == Shape::Cylinders && cloth.period().is_none();
+    let (width, height) = (scene.width(view.size), view.size);
+    let is_one_row = scene.has_equal_rows() && cloth.period().is_none();
     let rows = if is_one_row { 1 } else { height };
     let offsets = offsets(view.samples.max(1));
     let pixels = (BATCH / offsets.len()).clamp(1, width);
@@ -97,7 +147,7 @@ pub fn render(
         .map(|run| {
             let from = run % runs_per_row * pixels;
             let columns = from..width.min(from + pixels);
-            let run = run_of_pixels(shape, cloth, view, &offsets, run / runs_per_row, columns);
+            let run = run_of_pixels(scene, cloth, view, &offsets, run / runs_per_row, columns);
             steps.advance().map(|()| run)
         })
         .collect::<Result<_, Cancelled>>()?;
@@ -113,7 +163,7 @@ pub fn render(
 }
 
 fn run_of_pixels(
-    shape: Shape,
+    scene: &dyn Scene,
     cloth: &Cloth,
     view: &View,
     offsets: &[[f64; 2]],
@@ -121,27 +171,34 @@ fn run_of_pixels(
     columns: std::ops::Range<usize>,
 ) -> Vec<[f32; 4]> {
     let scale = 2.0 / view.size as f64;
-    let half_width = 0.5 * shape.width(view.size) as f64;
+    let half_width = 0.5 * scene.width(view.size) as f64;
     let half_height = 0.5 * view.size as f64;
-    let mut points = Points::new(cloth, view);
-    // Which pixel of the run each point is of.
-    let mut owners = Vec::new();
+    // What samples meet, and which pixel of the run they are of.
+    let mut met = Vec::new();
     for (pixel, column) in columns.clone().enumerate() {
         for [dx, dy] in offsets {
             let x = scale * (column as f64 + dx - half_width);
             let y = scale * (half_height - row as f64 - dy);
-            if let Some(place) = shape.at(x, y) {
-                points.push(&place);
-                owners.push(pixel);
-            }
+            met.extend(scene.at(x, y).map(|seen| (pixel, seen)));
         }
     }
     let mut sums = vec![[0.0; 4]; columns.len()];
-    for (radiance, owner) in points.radiance().into_iter().zip(owners) {
-        for (sum, value) in sums[owner].iter_mut().zip(radiance) {
-            *sum += f64::from(value);
+    for (pixel, _) in &met {
+        sums[*pixel][3] += 1.0;
+    }
+    for light in &view.lights {
+        let mut points = Points::new(cloth, light, view.repeats / scene.span());
+        let mut owners = Vec::new();
+        let lit = met.iter().filter(|(_, seen)| scene.is_lit(seen, light.direction));
+        for (pixel, seen) in lit {
+            points.push(&seen.place);
+            owners.push(*pixel);
         }
-        sums[owner][3] += 1.0;
+        for (radiance, owner) in points.radiance().into_iter().zip(owners) {
+            for (sum, value) in sums[owner].iter_mut().zip(radiance) {
+                *sum += f64::from(value);
+            }
+        }
     }
     let share = 1.0 / offsets.len() as f64;
     let mean = |sum: [f64; 4]| sum.map(|sum| (sum * share) as f32);
@@ -158,7 +215,7 @@ fn offsets(count: u32) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Radiance of ρ under the light.
-fn radiance(rho: f32) -> f32 {
-    (PI * f64::from(rho)) as f32
+/// Radiance of ρ under a light.
+fn radiance(rho: f32, strength: f64) -> f32 {
+    (PI * strength * f64::from(rho)) as f32
 }

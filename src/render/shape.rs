@@ -22,7 +22,9 @@
 //! Arc lengths are those of unrolled cloth: (φ, y) turned by β on a cylinder, and on the sphere the distance from the pole and
 //! the direction there.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
+use super::{Scene, Seen};
 
 /// What the cloth is wrapped around.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,18 +115,18 @@ impl Shape {
             Self::Sphere => "sphere",
         }
     }
+}
 
-    /// Columns of a picture of that many rows.
-    pub fn width(self, height: usize) -> usize {
+impl Scene for Shape {
+    fn width(&self, height: usize) -> usize {
         match self {
             Self::Cylinders => 2 * height,
             Self::Sphere => height,
         }
     }
 
-    /// The cloth seen at (x, y), from the middle of the picture to the right and upwards; half its height is 1.
-    pub fn at(self, x: f64, y: f64) -> Option<Place> {
-        match self {
+    fn at(&self, x: f64, y: f64) -> Option<Seen> {
+        let place = match self {
             Self::Cylinders => {
                 let index = (x / SPACING).round().clamp(-1.0, 1.0);
                 let across = (x - index * SPACING) / CYLINDER_RADIUS;
@@ -132,7 +134,26 @@ impl Shape {
                 (across.abs() < 1.0).then(|| cylinder.at(across.asin(), y / CYLINDER_RADIUS))
             }
             Self::Sphere => sphere(x / SPHERE_RADIUS, y / SPHERE_RADIUS),
-        }
+        }?;
+        let radius = match self {
+            Self::Cylinders => CYLINDER_RADIUS,
+            Self::Sphere => SPHERE_RADIUS,
+        };
+        let position = [x, y, radius * place.normal[2]];
+        Some(Seen { place, position })
+    }
+
+    /// Where the light is not behind the surface, it is seen: each is convex and has no others in its light.
+    fn is_lit(&self, _: &Seen, _: [f64; 3]) -> bool {
+        true
+    }
+
+    fn span(&self) -> f64 {
+        PI
+    }
+
+    fn has_equal_rows(&self) -> bool {
+        *self == Self::Cylinders
     }
 }
 

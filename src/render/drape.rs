@@ -1,0 +1,87 @@
+//! Cloth that hangs: a pleated curtain and a trouser leg, as \[Fecho13\] figures A.2 to A.4 show.
+//!
+//! A curtain's warp hangs down. Across it the cloth does not stretch: with s along the weft,
+//!
+//! ```text
+//! z(s) = a cos θ(s),   θ = 2π n (s + 0.04 sin 2π·1.5 s),   x(s) = ∫ √(1 − z'²) ds
+//! ```
+//!
+//! and the pleats open slowly and lean a little from the rail down. A trouser leg is a tube around a line that bends at the knee, with
+//! wrinkles where it bends; its warp goes down the leg.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::Vec2;
+
+use super::mesh::Mesh;
+
+const PLEATS: f64 = 7.0;
+/// Amplitude of pleats, in widths of the flat cloth.
+const DEPTH: f64 = 0.028;
+
+/// A pleated curtain, 1 wide before it is pleated and 0.9 high.
+pub fn curtain() -> Mesh {
+    const HEIGHT: f64 = 0.9;
+    const COLUMNS: u32 = 640;
+    let theta = |s: f64, v: f64| TAU * PLEATS * (s + 0.04 * (TAU * 1.5 * s + 0.7 * v).sin());
+    let depth = |v: f64| DEPTH * (0.75 + 0.25 * v);
+    let z = |s: f64, v: f64| depth(v) * theta(s, v).cos();
+    // ∫ √(1 − z'²) ds by midpoints, along the rail and along the hem; between them x changes evenly.
+    let edge = |v: f64| {
+        const STEPS: usize = 4000;
+        let step = 1.0 / STEPS as f64;
+        let mut sums = vec![0.0];
+        for k in 0..STEPS {
+            let s = step * k as f64;
+            let slope = (z(s + step, v) - z(s, v)) / step;
+            sums.push(sums[k] + step * (1.0 - slope * slope).max(0.0).sqrt());
+        }
+        move |s: f64| {
+            let at = (s * STEPS as f64).clamp(0.0, STEPS as f64 - 1e-9);
+            let k = at as usize;
+            sums[k] + (sums[k + 1] - sums[k]) * (at - k as f64)
+        }
+    };
+    let (rail, hem) = (edge(0.0), edge(1.0));
+    let size = Vec2::new(HEIGHT as f32, 1.0);
+    Mesh::sheet(160, COLUMNS, size, |u, s| {
+        let x = rail(s) + (hem(s) - rail(s)) * u;
+        [x, -HEIGHT * u, z(s, u)]
+    })
+}
+
+/// A bent trouser leg, seen from the side.
+pub fn trousers() -> Mesh {
+    const LENGTH: f64 = 1.0;
+    const RADIUS: f64 = 0.14;
+    /// How far the knee bends, radians.
+    const BEND: f64 = 0.9;
+    /// Along how much of the leg it does.
+    const KNEE: f64 = 0.12;
+    // The direction of the leg's line at a share of its length: down and forwards, then down and backwards.
+    let lean = |u: f64| BEND * (0.35 - 1.0 / (1.0 + (-(u - 0.5) / (0.25 * KNEE)).exp()));
+    const STEPS: usize = 2000;
+    let mut line = vec![[0.0; 2]];
+    for k in 0..STEPS {
+        let (sin, cos) = lean((k as f64 + 0.5) / STEPS as f64).sin_cos();
+        let [x, y] = line[k];
+        let step = LENGTH / STEPS as f64;
+        line.push([x + step * sin, y - step * cos]);
+    }
+    let size = Vec2::new(LENGTH as f32, (TAU * RADIUS) as f32);
+    Mesh::sheet(400, 240, size, move |u, v| {
+        let at = (u * STEPS as f64).clamp(0.0, STEPS as f64 - 1e-9);
+        let (k, part) = (at as usize, at.fract());
+        let [x, y] = [0, 1].map(|axis| line[k][axis] + (line[k + 1][axis] - line[k][axis]) * part);
+        let (sin, cos) = lean(u).sin_cos();
+        let around = TAU * v - PI;
+        // Wrinkles stand across the leg behind the knee, where cloth is pressed together, and die out from there.
+        let beside = (u - 0.5) / KNEE;
+        let pressed = (-beside * beside).exp() * (0.6 - 0.4 * around.cos());
+        let wrinkle = 0.11 * pressed * (TAU * 2.6 * beside + 0.8 * around.sin()).sin();
+        let radius = RADIUS * (1.15 - 0.3 * u + wrinkle);
+        // Around the line: forwards is (cos, −sin) turned from down.
+        let (side, forwards) = (radius * around.sin(), radius * around.cos());
+        [x + forwards * cos, y + forwards * sin, side]
+    })
+}
