@@ -7,9 +7,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 use assert_cmd::Command;
-use exr::prelude::read_all_data_from_file;
+use exr::prelude::{AnyChannels, FlatSamples, Layer as ExrLayer, read_all_flat_layers_from_file};
 use image::{ImageFormat, ImageReader};
-use predicates::prelude::*;
 use predicates::str::contains;
 use sateen::bake::{Preset, Settings, bake};
 use sateen::fabric::{Fabric, Lambert};
@@ -45,12 +44,7 @@ fn direct(fabric: &Fabric) -> Cloth {
 /// Curves of the vertical, the horizontal and the diagonal cylinder.
 fn curves_of(cloth: &Cloth) -> [Curve; 3] {
     let curves = curves(cloth, &VIEW, Progress::silent()).unwrap();
-    assert!(
-        curves
-            .iter()
-            .map(|curve| curve.cylinder)
-            .eq(Cylinder::ALL)
-    );
+    assert!(curves.iter().map(|curve| curve.cylinder).eq(Cylinder::ALL));
     let curves: Vec<Curve> = curves.into_iter().map(|curve| curve.curve).collect();
     curves.try_into().unwrap()
 }
@@ -75,10 +69,6 @@ fn at(curve: &Curve, degrees: f64) -> f64 {
     light(nearest.unwrap().radiance)
 }
 
-fn most(curve: &Curve) -> f64 {
-    let values = curve.0.iter().map(|point| light(point.radiance));
-    values.fold(0.0, f64::max)
-}
 
 #[test]
 #[ignore = "prints what the others assert"]
@@ -88,13 +78,24 @@ fn all_highlights() {
         let mut models = fabric.models.clone();
         models.irawan = Some(irawan_of(&fabric));
         let irawan = ModelKind::Irawan.prepare(&models).unwrap().unwrap();
-        for (name, cloth) in [("sadeghi", direct(&fabric)), ("irawan", Cloth::Other(irawan))] {
+        for (name, cloth) in [
+            ("sadeghi", direct(&fabric)),
+            ("irawan", Cloth::Other(irawan)),
+        ] {
             for (cylinder, curve) in Cylinder::ALL.iter().zip(curves_of(&cloth)) {
                 let values = highlights(&curve)
                     .iter()
                     .map(|angle| format!("{angle:.2}° {:.4}", at(&curve, *angle)))
                     .collect::<Vec<_>>();
-                eprintln!("{:32} {name:8} {:10} {values:?}; ±60° {:.4} {:.4}, ±89.75° {:.4} {:.4}", fabric.name, cylinder.name(), at(&curve, -60.0), at(&curve, 60.0), at(&curve, -89.75), at(&curve, 89.75));
+                eprintln!(
+                    "{:32} {name:8} {:10} {values:?}; ±60° {:.4} {:.4}, ±89.75° {:.4} {:.4}",
+                    fabric.name,
+                    cylinder.name(),
+                    at(&curve, -60.0),
+                    at(&curve, 60.0),
+                    at(&curve, -89.75),
+                    at(&curve, 89.75)
+                );
             }
         }
     }
@@ -288,15 +289,31 @@ fn a_png_is_srgb_and_says_what_made_it() {
     assert_eq!(csv.lines().count(), 1 + 3 * 719);
     let svg = fs::read_to_string(path.with_extension("svg")).unwrap();
     let svg = roxmltree::Document::parse(&svg).unwrap();
-    let lines = svg.descendants().filter(|node| node.has_tag_name("polyline"));
+    let lines = svg
+        .descendants()
+        .filter(|node| node.has_tag_name("polyline"));
     assert!(lines.count() >= 9);
+}
+
+/// The layers of an EXR file.
+fn layers_of(path: &Path) -> Vec<ExrLayer<AnyChannels<FlatSamples>>> {
+    let image = read_all_flat_layers_from_file(path).unwrap();
+    image.layer_data.into_vec()
 }
 
 #[test]
 fn an_exr_has_linear_layers_and_says_what_made_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    let args = ["sphere", "velvet", "--float", "--exposure", "3", "--light-deg", "30"];
+    let args = [
+        "sphere",
+        "velvet",
+        "--float",
+        "--exposure",
+        "3",
+        "--light-deg",
+        "30",
+    ];
     picture(&args, &path).success();
     let view = View {
         light: View::light_at(30_f64.to_radians(), 0.0),
@@ -304,16 +321,21 @@ fn an_exr_has_linear_layers_and_says_what_made_them() {
     };
     let cloth = direct(&library("velvet"));
     let expected = render(Shape::Sphere, &cloth, &view, Progress::silent()).unwrap();
-    let file = read_all_data_from_file(&path).unwrap();
-    let [layer] = file.layer_data.as_slice() else {
+    let layers = layers_of(&path);
+    let [layer] = layers.as_slice() else {
         panic!("one layer")
     };
     let name = layer.attributes.layer_name.as_ref().unwrap().to_string();
     assert_eq!(name, "quadrature:8");
     let comments = layer.attributes.comments.as_ref().unwrap().to_string();
-    assert!(comments.contains("fabric: velvet\n") && comments.contains("light: 0.49999999999999994,0,"));
+    assert!(
+        comments.contains("fabric: velvet\n") && comments.contains("light: 0.49999999999999994,0,")
+    );
     let channels = &layer.channel_data.list;
-    let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    let names: Vec<String> = channels
+        .iter()
+        .map(|channel| channel.name.to_string())
+        .collect();
     assert_eq!(names, ["A", "B", "G", "R"]);
     let red: Vec<f32> = channels[3].sample_data.values_as_f32().collect();
     let found: Vec<f32> = expected.pixels.iter().map(|pixel| pixel[0]).collect();
@@ -345,7 +367,12 @@ fn a_picture_is_no_different_from_itself() {
     let (a, b) = (noise(1), noise(1 << 30));
     let same = compare(&a, &a, 0.0);
     assert_eq!(
-        [same.flip_mean, same.flip_max, same.rmse, same.mean_relative_error],
+        [
+            same.flip_mean,
+            same.flip_max,
+            same.rmse,
+            same.mean_relative_error
+        ],
         [0.0; 4]
     );
     let other = compare(&a, &b, 0.0);
@@ -380,35 +407,64 @@ fn a_comparison_shows_and_tells() {
 
     // A table of white lining, dyed pink.
     let path = folder.path().join("a.exr");
-    let args = ["sphere", "polka-dot-lining-pink", "--json", "--compare", table, "quadrature:8"];
+    let args = [
+        "sphere",
+        "polka-dot-lining-pink",
+        "--json",
+        "--compare",
+        table,
+        "quadrature:8",
+    ];
     let assert = picture(&args, &path).success();
     let json: Value = serde_json::from_slice(&assert.get_output().stdout).unwrap();
     assert_eq!(json["a"], "table lining");
     let mean = json["flip"]["mean"].as_f64().unwrap();
     assert!(0.0 < mean && mean < 0.02, "{json}");
-    assert!(json["mean_relative_error"].as_f64().unwrap() < 0.05, "{json}");
-    let file = read_all_data_from_file(&path).unwrap();
-    let layers = file.layer_data.iter();
+    assert!(
+        json["mean_relative_error"].as_f64().unwrap() < 0.05,
+        "{json}"
+    );
+    let layers = layers_of(&path);
     let names: Vec<String> = layers
+        .iter()
         .map(|layer| layer.attributes.layer_name.as_ref().unwrap().to_string())
         .collect();
-    assert_eq!(names, ["table lining", "quadrature:8", "difference", "flip"]);
-    assert_eq!(file.layer_data[3].channel_data.list[0].name.to_string(), "Y");
+    assert_eq!(
+        names,
+        ["table lining", "quadrature:8", "difference", "flip"]
+    );
+    assert_eq!(layers[3].channel_data.list[0].name.to_string(), "Y");
 
     let path = folder.path().join("a.png");
-    picture(&["cylinders", "denim", "--compare", "midpoint:4", "midpoint:4"], &path)
-        .success()
-        .stdout(contains("FLIP                 mean 0.00000, at most 0.0000"));
+    picture(
+        &[
+            "cylinders",
+            "denim",
+            "--compare",
+            "midpoint:4",
+            "midpoint:4",
+        ],
+        &path,
+    )
+    .success()
+    .stdout(contains(
+        "FLIP                 mean 0.00000, at most 0.0000",
+    ));
     let image = image::open(&path).unwrap();
     assert_eq!((image.width(), image.height()), (4 * 192, 96));
     picture(&["sphere", "denim", "--compare", table, "reference"], &path)
         .code(1)
-        .stderr(contains("is a table of polka-dot-lining-white, which is not the denim"));
+        .stderr(contains(
+            "is a table of polka-dot-lining-white, which is not the denim",
+        ));
 }
 
 #[test]
 fn patterns_show_their_repeats() {
-    let pattern = concat!(env!("CARGO_MANIFEST_DIR"), "/tables/patterns/polka-dot-lining.toml");
+    let pattern = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tables/patterns/polka-dot-lining.toml"
+    );
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
     // White and pink have different ratios of green to red; along the middle row of the vertical cylinder they take turns.
@@ -430,26 +486,60 @@ fn patterns_show_their_repeats() {
 fn mistakes_say_what_to_do_and_leave_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let png = folder.path().join("a.png");
-    let pattern = concat!(env!("CARGO_MANIFEST_DIR"), "/tables/patterns/polka-dot-lining.toml");
+    let pattern = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tables/patterns/polka-dot-lining.toml"
+    );
     let cases: [(&[&str], i32, &str); 14] = [
         (&["cube", "denim"], 2, "possible values: cylinders, sphere"),
         (&["sphere", "denin"], 1, "did you mean denim?"),
         (&["sphere", "denim", "--float"], 2, "--float is for EXR"),
         (&["sphere", "denim", "--json"], 2, "--compare"),
-        (&["sphere", "denim", "--evaluator", "table"], 2, "bake it first"),
-        (&["sphere", "denim", "--model", "lambert"], 1, "`sateen fit lambert denim -o FILE`"),
         (
-            &["sphere", "denim", "--model", "irawan", "--evaluator", "midpoint:4"],
+            &["sphere", "denim", "--evaluator", "table"],
+            2,
+            "bake it first",
+        ),
+        (
+            &["sphere", "denim", "--model", "lambert"],
+            1,
+            "`sateen fit lambert denim -o FILE`",
+        ),
+        (
+            &[
+                "sphere",
+                "denim",
+                "--model",
+                "irawan",
+                "--evaluator",
+                "midpoint:4",
+            ],
             2,
             "--evaluator is for --model sadeghi",
         ),
         (&["sphere", "denim", "--light", "0,0,0"], 2, "three numbers"),
         (&["sphere", "denim", "--light-deg", "x"], 2, "degrees"),
-        (&["sphere", "denim", "--light", "0,0,1", "--light-deg", "3"], 2, "cannot be used with"),
+        (
+            &["sphere", "denim", "--light", "0,0,1", "--light-deg", "3"],
+            2,
+            "cannot be used with",
+        ),
         (&["sphere", "denim", "--repeats", "0"], 2, "repeats"),
-        (&["sphere", "denim", "--compare", "midpoint:4", "best"], 2, "quadrature:N"),
-        (&["sphere", pattern, "--evaluator", "table"], 2, "--tables DIR"),
-        (&["sphere", pattern, "--compare", "irawan", "reference"], 2, "is a pattern"),
+        (
+            &["sphere", "denim", "--compare", "midpoint:4", "best"],
+            2,
+            "quadrature:N",
+        ),
+        (
+            &["sphere", pattern, "--evaluator", "table"],
+            2,
+            "--tables DIR",
+        ),
+        (
+            &["sphere", pattern, "--compare", "irawan", "reference"],
+            2,
+            "is a pattern",
+        ),
     ];
     for (args, code, message) in cases {
         picture(args, &png).code(code).stderr(contains(message));
@@ -480,7 +570,11 @@ fn light_comes_from_where_it_is_said_to() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let brightest = |args: &[&str]| {
-        picture(&[&["sphere", "tshirt-white", "--float"], args].concat(), &path).success();
+        picture(
+            &[&["sphere", "tshirt-white", "--float"], args].concat(),
+            &path,
+        )
+        .success();
         let image = image::open(&path).unwrap().into_rgba32f();
         let sum = |weight: fn(f64, f64) -> f64| {
             let pixels = image.enumerate_pixels();
@@ -499,4 +593,61 @@ fn light_comes_from_where_it_is_said_to() {
     assert!(x.abs() < 1.0 && y < -3.0, "{x} {y}");
     let [x, y] = brightest(&["--light", "-1,1,1"]);
     assert!(x < -3.0 && y > 3.0, "{x} {y}");
+}
+
+#[test]
+fn satin_has_three_highlights_in_front_and_four_behind() {
+    let count = |name: &str| curves_of(&direct(&library(name))).map(|curve| highlights(&curve).len());
+    let [vertical, horizontal, _] = count("polyester-satin-charmeuse-front");
+    assert!(vertical == 3 || horizontal == 3, "{vertical} {horizontal}");
+    let [vertical, horizontal, _] = count("polyester-satin-charmeuse-back");
+    assert!(vertical == 4 || horizontal == 4, "{vertical} {horizontal}");
+}
+
+#[test]
+fn velvet_is_brighter_on_one_side() {
+    let curves = curves_of(&direct(&library("velvet")));
+    let sides = curves.map(|curve| (at(&curve, -70.0), at(&curve, 70.0)));
+    let is_lopsided = |(left, right): &(f64, f64)| left.max(*right) > 2.0 * left.min(*right);
+    assert!(sides.iter().any(is_lopsided), "{sides:?}");
+}
+
+#[test]
+fn pink_lining_is_bright_at_grazing_but_for_the_diagonal() {
+    let curves = curves_of(&direct(&library("polka-dot-lining-pink")));
+    let [vertical, horizontal, diagonal] = curves.map(|curve| at(&curve, 88.0));
+    assert!(vertical.min(horizontal) > 4.0 * diagonal, "{vertical} {horizontal} {diagonal}");
+}
+
+#[test]
+fn silk_and_black_cotton_gleam_at_grazing() {
+    for name in ["silk-crepe-de-chine", "tshirt-black-front"] {
+        let curves = curves_of(&direct(&library(name)));
+        let gleams = curves.map(|curve| {
+            let highlights = highlights(&curve);
+            highlights.iter().any(|angle| *angle < -80.0) && highlights.iter().any(|angle| *angle > 80.0)
+        });
+        assert!(gleams.contains(&true), "{name}: {gleams:?}");
+    }
+}
+
+#[test]
+fn irawan_has_at_most_two_highlights() {
+    for name in [
+        "linen-plain",
+        "silk-crepe-de-chine",
+        "polyester-satin-charmeuse-front",
+        "polyester-satin-charmeuse-back",
+        "silk-shot",
+        "velvet",
+    ] {
+        let fabric = library(name);
+        let mut models = fabric.models.clone();
+        models.irawan = Some(irawan_of(&fabric));
+        let model = ModelKind::Irawan.prepare(&models).unwrap().unwrap();
+        for curve in curves_of(&Cloth::Other(model)) {
+            let highlights = highlights(&curve);
+            assert!(highlights.len() <= 2, "{name}: {highlights:?}");
+        }
+    }
 }

@@ -187,8 +187,10 @@ fn draw(
         .fold(0.0, f64::max)
         .max(1e-6);
     let (_, below) = root.split_vertically(44);
-    for (area, CylinderCurve { cylinder, curve }) in
-        below.split_evenly((1, curves.len().max(1))).iter().zip(curves)
+    for (area, CylinderCurve { cylinder, curve }) in below
+        .split_evenly((1, curves.len().max(1)))
+        .iter()
+        .zip(curves)
     {
         let mut chart = ChartBuilder::on(area)
             .margin(12)
@@ -208,8 +210,9 @@ fn draw(
             .y_desc("radiance")
             .draw()?;
         for (channel, colour) in CHANNELS.iter().enumerate() {
-            let line = curve.0.iter().map(|at| (at.x(), at.radiance[channel]));
-            chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
+            let at = |at: &CurvePoint| (at.x(), at.radiance[channel]);
+            let line: Vec<(f64, f64)> = curve.0.iter().map(at).collect();
+            chart.draw_series([PathElement::new(line, colour.stroke_width(2))])?;
         }
     }
     root.present()?;

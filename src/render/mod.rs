@@ -18,8 +18,8 @@ mod display;
 mod exr;
 mod shape;
 
-pub use cloth::{Cloth, Swatch};
 use cloth::Points;
+pub use cloth::{Cloth, Swatch};
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;

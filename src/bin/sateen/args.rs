@@ -504,9 +504,11 @@ fn parse_compared(text: &str) -> Result<Compared, String> {
     if let Some(kind) = other_model(text) {
         return Ok(Compared::Model(kind));
     }
-    parse_evaluator(text).map(Compared::Evaluator).map_err(|error| {
-        format!("{error}, another model's name, or the file of a table, which ends in .sateen")
-    })
+    parse_evaluator(text)
+        .map(Compared::Evaluator)
+        .map_err(|error| {
+            format!("{error}, another model's name, or the file of a table, which ends in .sateen")
+        })
 }
 
 fn parse_degrees(text: &str) -> Result<f64, String> {

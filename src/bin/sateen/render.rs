@@ -180,44 +180,45 @@ impl<'a> Sitter<'a> {
 
     fn look(&self, how: &Compared) -> Result<Look> {
         let subject = &self.args.subject;
-        match (how, &self.cloth, &self.fabric) {
-            (Compared::Evaluator(evaluator), Subject::Pattern(pattern), _) => Ok(Look {
-                name: evaluator_name(*evaluator),
-                cloth: Cloth::Pattern(pattern.clone(), self.swatches(pattern, *evaluator)?),
-            }),
-            (Compared::Evaluator(Evaluator::Table), Subject::Table(table), _) => Ok(Look {
-                name: "table".to_owned(),
-                cloth: Cloth::Table(table.clone(), Vec::new()),
-            }),
-            (Compared::Evaluator(Evaluator::Direct(rule)), _, Some(fabric)) => Ok(Look {
-                name: evaluator_name(Evaluator::Direct(*rule)),
-                cloth: Cloth::Direct(Box::new(Sadeghi::new(fabric, *rule))),
-            }),
-            (Compared::Evaluator(Evaluator::Table), ..) => {
+        let (name, cloth) = match (how, &self.cloth, &self.fabric) {
+            (Compared::Evaluator(evaluator), Subject::Pattern(pattern), _) => {
+                let swatches = self.swatches(pattern, *evaluator)?;
+                let cloth = Cloth::Pattern(pattern.clone(), swatches);
+                (evaluator_name(*evaluator), cloth)
+            }
+            (_, Subject::Pattern(_), _) | (_, _, None) => {
+                let message = format!(
+                    "{subject} is a pattern, which has no other models and single tables; compare table, midpoint:N, quadrature:N or reference"
+                );
+                return Err(Usage(message).into());
+            }
+            (Compared::Evaluator(Evaluator::Table), Subject::Table(table), _) => {
+                let cloth = Cloth::Table(table.clone(), Vec::new());
+                ("table".to_owned(), cloth)
+            }
+            (Compared::Evaluator(Evaluator::Table), Subject::Fabric(_), _) => {
                 let message = format!(
                     "the evaluator table needs a table, but {subject} is a fabric; bake it first"
                 );
-                Err(Usage(message).into())
+                return Err(Usage(message).into());
             }
-            (Compared::Model(kind), _, Some(fabric)) => model(*kind, fabric, subject),
+            (Compared::Evaluator(Evaluator::Direct(rule)), _, Some(fabric)) => {
+                let cloth = Cloth::Direct(Box::new(Sadeghi::new(fabric, *rule)));
+                (evaluator_name(Evaluator::Direct(*rule)), cloth)
+            }
+            (Compared::Model(kind), _, Some(fabric)) => {
+                (kind.name().to_owned(), model(*kind, fabric, subject)?)
+            }
             (Compared::File(path), _, Some(fabric)) => {
                 let table = table_of(fabric, path)?;
                 let single = |albedo: [f64; 3]| albedo.map(|channel| channel as f32);
                 let threads = fabric.visible_threads();
                 let albedos = threads.map(|thread| single(thread.albedo)).collect();
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                Ok(Look {
-                    name: format!("table {stem}"),
-                    cloth: Cloth::Table(table, albedos),
-                })
+                (format!("table {stem}"), Cloth::Table(table, albedos))
             }
-            (Compared::Model(_) | Compared::File(_), _, None) => {
-                let message = format!(
-                    "{subject} is a pattern, and has no other models and single tables; compare table, midpoint:N, quadrature:N or reference"
-                );
-                Err(Usage(message).into())
-            }
-        }
+        };
+        Ok(Look { name, cloth })
     }
 
     /// A table or model for every fabric that a pattern needs.
@@ -273,7 +274,8 @@ fn table_of(fabric: &Fabric, path: &Path) -> Result<Box<Table>> {
     Ok(Box::new(table))
 }
 
-fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Look> {
+/// Another model with the parameters that the fabric's file has, or that its threads stand for.
+fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Cloth> {
     let mut models = fabric.models.clone();
     if kind == ModelKind::Irawan && models.irawan.is_none() {
         models.irawan = Some(irawan_of(fabric));
@@ -285,10 +287,7 @@ fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Look> {
             "{subject} has no section [{section}]; `sateen fit {name} {subject} -o FILE` writes it into one"
         );
     };
-    Ok(Look {
-        name: name.to_owned(),
-        cloth: Cloth::Other(model),
-    })
+    Ok(Cloth::Other(model))
 }
 
 fn evaluator_name(evaluator: Evaluator) -> String {
