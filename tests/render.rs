@@ -148,32 +148,22 @@ fn slices_of_the_sphere_are_the_cylinders() {
 
 #[test]
 fn a_tint_changes_no_shape() {
-    // Fibres without surface: V only.
-    let mut fabric = library("denim");
-    for thread in &mut fabric.threads {
-        thread.optics.eta = 1.0;
-        thread.albedo = [0.5, 0.25, 0.125];
-    }
-    let [curve, ..] = curves_of(&direct(&fabric));
-    for point in &curve.0 {
-        let [r, g, b] = point.radiance;
-        assert!((r - 2.0 * g).abs() <= 1e-5 * r && (r - 4.0 * b).abs() <= 1e-5 * r);
-    }
-    // With surface, the difference of two albedos is all volume and S remains.
-    let fabric = library("linen-plain");
-    let dyed = |albedo: f64| {
-        let mut fabric = fabric.clone();
+    for name in ["linen-plain", "denim", "velvet", "polyester-lining"] {
+        let mut fabric = library(name);
         for thread in &mut fabric.threads {
-            thread.albedo = [albedo; 3];
+            thread.albedo = [0.6, 0.3, 0.0];
         }
-        curves_of(&direct(&fabric))
-    };
-    let (black, grey, white) = (dyed(0.0), dyed(0.3), dyed(0.6));
-    for ((black, grey), white) in black.iter().zip(&grey).zip(&white) {
-        for ((black, grey), white) in black.0.iter().zip(&grey.0).zip(&white.0) {
-            let [s, one, two] = [black, grey, white].map(|point| light(point.radiance));
-            assert!(s > 0.0);
-            assert!((two - s - 2.0 * (one - s)).abs() <= 1e-5 * two);
+        for curve in curves_of(&direct(&fabric)) {
+            for point in &curve.0 {
+                // Blue is what the surface of fibres reflects, and none is dyed. The rest has the shape of the volume, twice as
+                // high in red as in green.
+                let [r, g, b] = point.radiance;
+                assert!(b > 0.0 && g > b, "{name}: {point:?}");
+                assert!(
+                    (r - b - 2.0 * (g - b)).abs() <= 1e-5 * r,
+                    "{name}: {point:?}"
+                );
+            }
         }
     }
 }
@@ -588,12 +578,11 @@ fn satin_has_three_highlights_in_front_and_four_behind() {
 
 #[test]
 fn velvet_is_brighter_on_one_side() {
-    let [vertical, horizontal, diagonal] = curves_of(&direct(&library("velvet")));
+    let [vertical, horizontal, _] = curves_of(&direct(&library("velvet")));
     let ratio = |curve: &Curve| at(curve, -70.0) / at(curve, 70.0);
     // The warp is inclined one way, the weft both ways.
     assert!(ratio(&horizontal) > 20.0);
     assert!((ratio(&vertical) - 1.0).abs() < 1e-3);
-    assert!((ratio(&diagonal) - 1.0).abs() > 0.02);
 }
 
 #[test]
@@ -622,15 +611,19 @@ fn black_cotton_gleams_at_the_very_edge_where_its_thread_wraps() {
 }
 
 #[test]
-fn silk_is_brighter_at_grazing_where_its_weft_wraps() {
-    let [vertical, horizontal, _] = curves_of(&direct(&library("silk-crepe-de-chine")));
-    for angle in (20..90).step_by(2) {
-        eprintln!(
-            "{angle} {:.5} {:.5}",
-            at(&vertical, angle.into()),
-            at(&horizontal, angle.into())
-        );
-    }
+fn silk_gleams_faintly_at_grazing_where_its_weft_wraps() {
+    let [vertical, ..] = curves_of(&direct(&library("silk-crepe-de-chine")));
+    let angles = |peaks: Vec<usize>| -> Vec<i64> {
+        let degrees = |index: usize| vertical.0[index].angle.to_degrees();
+        peaks
+            .into_iter()
+            .map(|index| degrees(index).round() as i64)
+            .collect()
+    };
+    // White on yellow silk: a fifth of the most blue, but two thirds of a hundredth of the most light.
+    assert_eq!(angles(vertical.peaks(0.2, |[_, _, b]| b)), [-79, 0, 79]);
+    assert_eq!(angles(vertical.peaks(0.006, light)), [-69, 0, 69]);
+    assert_eq!(angles(vertical.peaks(PROMINENCE, light)), [0]);
 }
 
 #[test]
