@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
+use std::process::{Command as Process, Stdio};
+use std::time::{Duration, Instant};
 
 use assert_cmd::Command;
 use exr::prelude::{AnyChannels, FlatSamples, Layer as ExrLayer, read_all_flat_layers_from_file};
@@ -13,9 +15,11 @@ use predicates::str::contains;
 use sateen::bake::{Preset, Settings, bake};
 use sateen::fabric::{Fabric, Lambert};
 use sateen::model::{ModelKind, Rule, Sadeghi, irawan_of};
+use sateen::pattern::Pattern;
 use sateen::progress::Progress;
 use sateen::render::{
-    Cloth, Curve, Cylinder, Display, Layer, Picture, Shape, View, compare, curves, render, to_exr,
+    Cloth, Curve, CurvePoint, Cylinder, Display, Layer, Picture, Shape, View, compare, curves,
+    render, to_exr,
 };
 use serde_json::Value;
 use tempfile::TempDir;
@@ -67,6 +71,64 @@ fn at(curve: &Curve, degrees: f64) -> f64 {
         far(a.angle).total_cmp(&far(b.angle))
     });
     light(nearest.unwrap().radiance)
+}
+
+#[test]
+fn peaks_stand_out() {
+    let curve = |values: &[f64]| {
+        let point = |(angle, value): (usize, &f64)| CurvePoint {
+            angle: angle as f64,
+            radiance: [*value; 3],
+        };
+        Curve(values.iter().enumerate().map(point).collect())
+    };
+    let peaks = |values: &[f64], share: f64| curve(values).peaks(share, light);
+    assert_eq!(peaks(&[0.0, 4.0, 1.0, 3.0, 2.0], 0.1), [1, 3]);
+    // The lower one stands out by 2.
+    assert_eq!(peaks(&[0.0, 4.0, 1.0, 3.0, 2.0], 0.51), [1]);
+    // Beyond the ends it is dark, and of a plateau the middle counts.
+    assert_eq!(peaks(&[2.0, 1.0, 1.0, 1.0, 3.0], 0.1), [0, 4]);
+    assert_eq!(peaks(&[0.0, 1.0, 1.0, 1.0, 0.0], 0.1), [2]);
+    assert_eq!(peaks(&[0.0, 0.0], 0.1), [0; 0]);
+    assert_eq!(peaks(&[], 0.1), [0; 0]);
+}
+
+#[test]
+fn patterns_know_how_far_they_repeat() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tables/patterns");
+    for (name, period) in [("polka-dot-lining", 0.2), ("corduroy", 0.03)] {
+        let text = fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap();
+        let files = |path: &str| fs::read(folder.join(path));
+        let pattern = Pattern::from_toml(&text, name, &files).unwrap();
+        let found = pattern.period().unwrap();
+        assert!((found - period).abs() < 1e-12, "{name}: {found}");
+        for (u, v) in [(0.01, 0.02), (0.07, 0.16), (0.3, -0.4)] {
+            let name = |u: f64, v: f64| pattern.at(u, v).material.name.clone();
+            assert_eq!(name(u, v), name(u + found, v));
+            assert_eq!(name(u, v), name(u, v + found));
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_picture_soon_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = Process::new(env!("CARGO_BIN_EXE_sateen"))
+        .args(["render", "sphere", "denim", "--evaluator", "reference"])
+        .args(["--size", "4096", "-q", "-o"])
+        .arg(folder.path().join("a.png"))
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(1));
+    assert!(child.try_wait().unwrap().is_none());
+    let id = child.id().to_string();
+    Process::new("kill").args(["-INT", &id]).status().unwrap();
+    let start = Instant::now();
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    assert!(start.elapsed() < Duration::from_secs(5));
+    assert_eq!(names_in(&folder), [""; 0]);
 }
 
 #[test]
