@@ -1,8 +1,8 @@
 //! What is wrapped around: ρ at many points of a surface.
 
 use super::{Light, Place, radiance};
-use crate::math::simd::Level;
 use crate::lookup::Quantity;
+use crate::math::simd::Level;
 use crate::model::{Model, Sadeghi};
 use crate::pattern::Pattern;
 use crate::table::Table;

@@ -56,9 +56,8 @@ pub fn compare(a: &Picture, b: &Picture, stops: f64) -> Comparison {
     while factor > 1.0 && factor * most * stops.exp2() > 1.0 {
         factor *= 0.5;
     }
-    let signed = |(a, b): (&[f32; 4], &[f32; 4])| {
-        [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3].max(b[3])]
-    };
+    let signed =
+        |(a, b): (&[f32; 4], &[f32; 4])| [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3].max(b[3])];
     Comparison {
         flip_mean: mean(&|index| f64::from(flip[index])),
         flip_max: covered

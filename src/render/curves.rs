@@ -8,7 +8,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use rayon::prelude::*;
 
 use super::cloth::Points;
-use super::{Cloth, Cylinder, View};
+use super::{Cloth, Cylinder, Scene, Shape, View};
 use crate::progress::{Cancelled, Progress};
 
 /// Radiance across a cylinder.
@@ -94,7 +94,7 @@ const HEIGHTS: u32 = 64;
 /// When `progress` says stop.
 pub fn curves(
     cloth: &Cloth,
-    view: &View,
+    view: &View<'_>,
     progress: Progress<'_>,
 ) -> Result<Vec<CylinderCurve>, Cancelled> {
     let heights = if cloth.period().is_some() { HEIGHTS } else { 1 };
@@ -107,8 +107,9 @@ pub fn curves(
             let point = |k: u32| {
                 let angle = FRAC_PI_2 * (f64::from(2 * (k + 1)) / f64::from(POINTS + 1) - 1.0);
                 let mut radiance = [0.0; 3];
-                for light in &view.lights {
-                    let mut points = Points::new(cloth, light, view.repeats / Shape::Cylinders.span());
+                for light in view.lights {
+                    let mut points =
+                        Points::new(cloth, light, view.repeats / Shape::Cylinders.span());
                     for k in 0..heights {
                         points.push(&cylinder.at(angle, height(k)));
                     }
@@ -189,8 +190,10 @@ fn draw(
         .fold(0.0, f64::max)
         .max(1e-6);
     let (_, below) = root.split_vertically(44);
-    for (area, CylinderCurve { cylinder, curve }) in
-        below.split_evenly((1, curves.len().max(1))).iter().zip(curves)
+    for (area, CylinderCurve { cylinder, curve }) in below
+        .split_evenly((1, curves.len().max(1)))
+        .iter()
+        .zip(curves)
     {
         let mut chart = ChartBuilder::on(area)
             .margin(12)
@@ -210,8 +213,9 @@ fn draw(
             .y_desc("radiance")
             .draw()?;
         for (channel, colour) in CHANNELS.iter().enumerate() {
-            let line = curve.0.iter().map(|at| (at.x(), at.radiance[channel]));
-            chart.draw_series(LineSeries::new(line, colour.stroke_width(2)))?;
+            let at = |at: &CurvePoint| (at.x(), at.radiance[channel]);
+            let line: Vec<(f64, f64)> = curve.0.iter().map(at).collect();
+            chart.draw_series([PathElement::new(line, colour.stroke_width(2))])?;
         }
     }
     root.present()?;

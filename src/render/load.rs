@@ -37,7 +37,9 @@ pub enum MeshError {
     #[error("{0} has no triangles")]
     Empty(PathBuf),
     /// There are no texture coordinates.
-    #[error("{0} has triangles without texture coordinates; cloth lies along them: unwrap the mesh and export it with UVs")]
+    #[error(
+        "{0} has triangles without texture coordinates; cloth lies along them: unwrap the mesh and export it with UVs"
+    )]
     NoUvs(PathBuf),
     /// A number is not finite, or an index beyond the vertices.
     #[error("{0} has a vertex that is no number, or an index beyond its vertices")]
@@ -50,7 +52,9 @@ pub enum MeshError {
 /// [`MeshError`] says what is wrong.
 pub fn load_mesh(path: &Path) -> Result<Mesh, MeshError> {
     let of = || path.to_owned();
-    let size = fs::metadata(path).map_err(|error| MeshError::Read(of(), error))?.len();
+    let size = fs::metadata(path)
+        .map_err(|error| MeshError::Read(of(), error))?
+        .len();
     if size > MAX_MESH_BYTES {
         return Err(MeshError::TooLarge(of()));
     }
@@ -82,15 +86,22 @@ struct Corner {
 impl Corner {
     fn is_finite(&self) -> bool {
         let optional = |vector: Option<Vec3>| vector.is_none_or(Vec3::is_finite);
-        self.position.is_finite() && self.uv.is_finite() && optional(self.normal) && optional(self.warp)
+        self.position.is_finite()
+            && self.uv.is_finite()
+            && optional(self.normal)
+            && optional(self.warp)
     }
 }
 
 fn from_obj(path: &Path, bytes: &[u8]) -> Result<Vec<Corner>, MeshError> {
     // Materials are of no concern.
     let no_materials = |_: &Path| tobj::MTLLoadResult::Ok(Default::default());
-    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &tobj::GPU_LOAD_OPTIONS, no_materials)
-        .map_err(|error| MeshError::Obj(path.to_owned(), error))?;
+    let (models, _) = tobj::load_obj_buf(
+        &mut Cursor::new(bytes),
+        &tobj::GPU_LOAD_OPTIONS,
+        no_materials,
+    )
+    .map_err(|error| MeshError::Obj(path.to_owned(), error))?;
     let mut corners = Vec::new();
     for tobj::Model { mesh, .. } in models {
         if mesh.texcoords.is_empty() && !mesh.indices.is_empty() {
@@ -98,9 +109,13 @@ fn from_obj(path: &Path, bytes: &[u8]) -> Result<Vec<Corner>, MeshError> {
         }
         for index in mesh.indices {
             let index = index as usize;
-            let three = |numbers: &[f32]| numbers.get(3 * index..3 * index + 3).map(Vec3::from_slice);
+            let three =
+                |numbers: &[f32]| numbers.get(3 * index..3 * index + 3).map(Vec3::from_slice);
             let position = three(&mesh.positions);
-            let uv = mesh.texcoords.get(2 * index..2 * index + 2).map(Vec2::from_slice);
+            let uv = mesh
+                .texcoords
+                .get(2 * index..2 * index + 2)
+                .map(Vec2::from_slice);
             let (Some(position), Some(uv)) = (position, uv) else {
                 return Err(MeshError::Broken(path.to_owned()));
             };
@@ -121,14 +136,27 @@ fn from_gltf(path: &Path, bytes: &[u8]) -> Result<Vec<Corner>, MeshError> {
     let buffers = gltf::import_buffers(&document, path.parent(), blob).map_err(wrong)?;
     let mut corners = Vec::new();
     let mut open: Vec<(gltf::Node<'_>, Mat4)> = Vec::new();
-    let scene = document.default_scene().or_else(|| document.scenes().next());
-    open.extend(scene.iter().flat_map(|scene| scene.nodes()).map(|node| (node, Mat4::IDENTITY)));
+    let scene = document
+        .default_scene()
+        .or_else(|| document.scenes().next());
+    open.extend(
+        scene
+            .iter()
+            .flat_map(|scene| scene.nodes())
+            .map(|node| (node, Mat4::IDENTITY)),
+    );
     while let Some((node, parent)) = open.pop() {
         let place = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         open.extend(node.children().map(|child| (child, place)));
-        let primitives = node.mesh().into_iter().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>());
-        for primitive in primitives.filter(|primitive| primitive.mode() == gltf::mesh::Mode::Triangles) {
-            let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
+        let primitives = node
+            .mesh()
+            .into_iter()
+            .flat_map(|mesh| mesh.primitives().collect::<Vec<_>>());
+        for primitive in
+            primitives.filter(|primitive| primitive.mode() == gltf::mesh::Mode::Triangles)
+        {
+            let reader =
+                primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
             let positions: Vec<_> = reader.read_positions().into_iter().flatten().collect();
             let normals: Vec<_> = reader.read_normals().into_iter().flatten().collect();
             let tangents: Vec<_> = reader.read_tangents().into_iter().flatten().collect();
@@ -184,7 +212,8 @@ fn to_mesh(mut corners: Corners) -> Mesh {
         let normal = corner.normal.unwrap_or(Vec3::Z);
         mesh.positions.push(corner.position);
         mesh.normals.push(normal);
-        mesh.warps.push(corner.warp.unwrap_or(normal.any_orthogonal_vector()));
+        mesh.warps
+            .push(corner.warp.unwrap_or(normal.any_orthogonal_vector()));
         mesh.uvs.push(corner.uv);
     }
     let count = corners.0.len() as u32 / 3;
@@ -206,7 +235,10 @@ impl Geometry for Corners {
     }
 
     fn normal(&self, face: usize, vertex: usize) -> [f32; 3] {
-        self.0[3 * face + vertex].normal.unwrap_or(Vec3::Z).to_array()
+        self.0[3 * face + vertex]
+            .normal
+            .unwrap_or(Vec3::Z)
+            .to_array()
     }
 
     fn tex_coord(&self, face: usize, vertex: usize) -> [f32; 2] {

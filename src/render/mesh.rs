@@ -34,10 +34,14 @@ impl Mesh {
     pub fn sheet(rows: u32, columns: u32, size: Vec2, at: impl Fn(f64, f64) -> [f64; 3]) -> Self {
         const STEP: f64 = 1e-4;
         let mut mesh = Self::default();
-        let slope = |a: [f64; 3], b: [f64; 3]| Vec3::from([0, 1, 2].map(|k| ((b[k] - a[k]) / STEP) as f32));
+        let slope =
+            |a: [f64; 3], b: [f64; 3]| Vec3::from([0, 1, 2].map(|k| ((b[k] - a[k]) / STEP) as f32));
         for row in 0..=rows {
             for column in 0..=columns {
-                let (u, v) = (f64::from(row) / f64::from(rows), f64::from(column) / f64::from(columns));
+                let (u, v) = (
+                    f64::from(row) / f64::from(rows),
+                    f64::from(column) / f64::from(columns),
+                );
                 let warp = slope(at(u - 0.5 * STEP, v), at(u + 0.5 * STEP, v));
                 let weft = slope(at(u, v - 0.5 * STEP), at(u, v + 0.5 * STEP));
                 mesh.positions.push(Vec3::from(at(u, v).map(|x| x as f32)));
@@ -64,7 +68,12 @@ impl Mesh {
         self.normals.extend(other.normals);
         self.warps.extend(other.warps);
         self.uvs.extend(other.uvs);
-        self.triangles.extend(other.triangles.iter().map(|t| t.map(|index| index + offset)));
+        self.triangles.extend(
+            other
+                .triangles
+                .iter()
+                .map(|t| t.map(|index| index + offset)),
+        );
     }
 }
 
@@ -81,7 +90,8 @@ impl Drape {
     /// The mesh turned about the vertical by `azimuth` and then tilted towards the viewer by `elevation` (radians), moved and
     /// scaled into a picture of that `aspect` of width to height. `None` if there is no triangle.
     pub fn new(mut mesh: Mesh, azimuth: f64, elevation: f64, aspect: f64) -> Option<Self> {
-        let turn = glam::Mat3::from_rotation_x(elevation as f32) * glam::Mat3::from_rotation_y(-azimuth as f32);
+        let turn = glam::Mat3::from_rotation_x(elevation as f32)
+            * glam::Mat3::from_rotation_y(-azimuth as f32);
         for vectors in [&mut mesh.positions, &mut mesh.normals, &mut mesh.warps] {
             for vector in vectors {
                 *vector = turn * *vector;
@@ -90,7 +100,9 @@ impl Drape {
         let low = mesh.positions.iter().copied().reduce(Vec3::min)?;
         let high = mesh.positions.iter().copied().reduce(Vec3::max)?;
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        let scale = MARGIN * (aspect as f32 / half.x.max(f32::MIN_POSITIVE)).min(1.0 / half.y.max(f32::MIN_POSITIVE));
+        let scale = MARGIN
+            * (aspect as f32 / half.x.max(f32::MIN_POSITIVE))
+                .min(1.0 / half.y.max(f32::MIN_POSITIVE));
         for position in &mut mesh.positions {
             *position = scale * (*position - middle);
         }
@@ -107,7 +119,11 @@ impl Drape {
         if triangles.is_empty() {
             return None;
         }
-        let bvh = build_bvh2_from_tris(&triangles, BvhBuildParams::medium_build(), &mut Default::default());
+        let bvh = build_bvh2_from_tris(
+            &triangles,
+            BvhBuildParams::medium_build(),
+            &mut Default::default(),
+        );
         Some(Self {
             mesh,
             triangles,
@@ -120,9 +136,9 @@ impl Drape {
     fn hit(&self, ray: Ray) -> Option<(usize, f32)> {
         let mut hit = RayHit::none();
         let triangle = |index: usize| self.bvh.primitive_indices[index] as usize;
-        let is_hit = self
-            .bvh
-            .ray_traverse(ray, &mut hit, |ray, index| self.triangles[triangle(index)].intersect(ray));
+        let is_hit = self.bvh.ray_traverse(ray, &mut hit, |ray, index| {
+            self.triangles[triangle(index)].intersect(ray)
+        });
         is_hit.then(|| (triangle(hit.primitive_id as usize), hit.t))
     }
 }

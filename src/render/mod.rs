@@ -22,8 +22,8 @@ mod load;
 mod mesh;
 mod shape;
 
-pub use cloth::{Cloth, Swatch};
 use cloth::Points;
+pub use cloth::{Cloth, Swatch};
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;
@@ -43,14 +43,14 @@ use crate::progress::{Cancelled, Progress};
 const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
 
 /// How a picture is taken.
-#[derive(Debug, Clone, PartialEq)]
-pub struct View {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View<'a> {
     /// Rows of the picture, at least 1.
     pub size: usize,
     /// Samples per pixel, at least 1.
     pub samples: u32,
     /// What lights the cloth.
-    pub lights: Vec<Light>,
+    pub lights: &'a [Light],
     /// How often a pattern repeats across half the circumference of a cylinder or the sphere, or along a curtain's rail.
     pub repeats: f64,
 }
@@ -66,7 +66,7 @@ pub struct Light {
 
 impl Light {
     /// One light of irradiance π.
-    pub fn of(direction: [f64; 3]) -> Self {
+    pub const fn of(direction: [f64; 3]) -> Self {
         Self {
             direction,
             strength: 1.0,
@@ -132,7 +132,7 @@ const BATCH: usize = 4096;
 pub fn render(
     scene: &dyn Scene,
     cloth: &Cloth,
-    view: &View,
+    view: &View<'_>,
     progress: Progress<'_>,
 ) -> Result<Picture, Cancelled> {
     let (width, height) = (scene.width(view.size), view.size);
@@ -165,7 +165,7 @@ pub fn render(
 fn run_of_pixels(
     scene: &dyn Scene,
     cloth: &Cloth,
-    view: &View,
+    view: &View<'_>,
     offsets: &[[f64; 2]],
     row: usize,
     columns: std::ops::Range<usize>,
@@ -186,10 +186,12 @@ fn run_of_pixels(
     for (pixel, _) in &met {
         sums[*pixel][3] += 1.0;
     }
-    for light in &view.lights {
+    for light in view.lights {
         let mut points = Points::new(cloth, light, view.repeats / scene.span());
         let mut owners = Vec::new();
-        let lit = met.iter().filter(|(_, seen)| scene.is_lit(seen, light.direction));
+        let lit = met
+            .iter()
+            .filter(|(_, seen)| scene.is_lit(seen, light.direction));
         for (pixel, seen) in lit {
             points.push(&seen.place);
             owners.push(*pixel);

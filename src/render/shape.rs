@@ -81,10 +81,7 @@ impl Cylinder {
             warp: [around * cos, up, -around * sin],
             weft: [-up * cos, around, up * sin],
             normal: [sin, 0.0, cos],
-            arc: [
-                around * angle + up * height,
-                around * height - up * angle,
-            ],
+            arc: [around * angle + up * height, around * height - up * angle],
         }
     }
 }

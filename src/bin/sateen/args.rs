@@ -267,7 +267,7 @@ pub(crate) struct StressArgs {
     pub(crate) jobs: Option<u16>,
 }
 
-/// Take pictures of cloth on cylinders or a sphere.
+/// Take pictures of cloth on cylinders, on a sphere, as a curtain, or on a mesh.
 ///
 /// The light has irradiance π, so that white cloth which scatters evenly and faces it has radiance 1. A PNG shows radiance to the
 /// power 1/2.2 at the --exposure, a transparent background, and what made it as text; an EXR has linear radiance without
@@ -275,9 +275,11 @@ pub(crate) struct StressArgs {
 /// and .csv.
 #[derive(clap::Args)]
 pub(crate) struct RenderArgs {
-    /// What the cloth is wrapped around.
-    #[arg(value_enum)]
-    pub(crate) shape: ShapeArg,
+    /// cylinders: three upright ones, their warp vertical, horizontal and diagonal. sphere: one whose slices through the centre are
+    /// cylinders of every orientation. curtain, trousers: cloth that hangs, and shadows itself. Or a mesh with texture
+    /// coordinates, along the first of which the warp runs: a file that ends in .obj, .gltf or .glb.
+    #[arg(value_name = "SCENE", value_parser = parse_scene)]
+    pub(crate) scene: SceneArg,
     /// A name from the library, the TOML file of a fabric or a pattern, or a table.
     #[arg(value_name = "FABRIC|TABLE|PATTERN")]
     pub(crate) subject: String,
@@ -298,25 +300,29 @@ pub(crate) struct RenderArgs {
     /// Which model of the fabric, as `eval` has them.
     #[arg(long, default_value = SADEGHI, value_parser = evaluated_model(), conflicts_with = "compare")]
     pub(crate) model: ::std::option::Option<ModelKind>,
-    /// Rows of the picture. A sphere has as many columns, cylinders twice as many.
+    /// Rows of the picture. A sphere has as many columns, cylinders twice as many, others as many as they need.
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = value_parser!(u16).range(1..=4096))]
     pub(crate) size: u16,
     /// Samples per pixel.
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
+    /// How far a scene that hangs is turned, its right side to the viewer, in degrees.
+    #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
+    pub(crate) turn_deg: f64,
     /// How far the light is turned from the camera to the right, in degrees.
     #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
     pub(crate) light_deg: f64,
     /// How far the light is raised, in degrees.
     #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
     pub(crate) light_elevation_deg: f64,
-    /// The direction to the light instead: x right, y up, z to the viewer, of any length.
+    /// The direction to the light instead, or those to several of the same strength: x right, y up, z to the viewer, of any length
+    /// [default for what hangs: three, before it to the left, beside it to the right, and above].
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, conflicts_with_all = ["light_deg", "light_elevation_deg"])]
-    pub(crate) light: Option<Direction>,
+    pub(crate) light: Vec<Direction>,
     /// Stops by which a PNG is brighter.
     #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = parse_stops, allow_negative_numbers = true)]
     pub(crate) exposure: f64,
-    /// How often a pattern repeats across half the circumference.
+    /// How often a pattern repeats across half the circumference, along a curtain, or along a mesh's texture coordinate of 1.
     #[arg(long, value_name = "N", default_value_t = 4.0, value_parser = parse_repeats)]
     pub(crate) repeats: f64,
     /// Store 32-bit floats in an EXR, not halves.
@@ -333,21 +339,13 @@ pub(crate) struct RenderArgs {
     pub(crate) jobs: Option<u16>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum ShapeArg {
-    /// Three upright cylinders, their warp vertical, horizontal and diagonal.
-    Cylinders,
-    /// A sphere, whose slices through the centre are cylinders of every orientation.
-    Sphere,
-}
-
-impl From<ShapeArg> for Shape {
-    fn from(shape: ShapeArg) -> Self {
-        match shape {
-            ShapeArg::Cylinders => Self::Cylinders,
-            ShapeArg::Sphere => Self::Sphere,
-        }
-    }
+/// What is rendered.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum SceneArg {
+    Shape(Shape),
+    Curtain,
+    Trousers,
+    Mesh(PathBuf),
 }
 
 /// A unit vector.
@@ -504,9 +502,11 @@ fn parse_compared(text: &str) -> Result<Compared, String> {
     if let Some(kind) = other_model(text) {
         return Ok(Compared::Model(kind));
     }
-    parse_evaluator(text).map(Compared::Evaluator).map_err(|error| {
-        format!("{error}, another model's name, or the file of a table, which ends in .sateen")
-    })
+    parse_evaluator(text)
+        .map(Compared::Evaluator)
+        .map_err(|error| {
+            format!("{error}, another model's name, or the file of a table, which ends in .sateen")
+        })
 }
 
 fn parse_degrees(text: &str) -> Result<f64, String> {
@@ -529,6 +529,19 @@ fn parse_within(text: &str, range: RangeInclusive<f64>, what: &str) -> Result<f6
             range.start(),
             range.end()
         )),
+    }
+}
+
+fn parse_scene(text: &str) -> Result<SceneArg, String> {
+    let path = PathBuf::from(text);
+    let extension = path.extension().map(|end| end.to_ascii_lowercase());
+    match (text, extension.as_deref().and_then(|end| end.to_str())) {
+        ("cylinders", _) => Ok(SceneArg::Shape(Shape::Cylinders)),
+        ("sphere", _) => Ok(SceneArg::Shape(Shape::Sphere)),
+        ("curtain", _) => Ok(SceneArg::Curtain),
+        ("trousers", _) => Ok(SceneArg::Trousers),
+        (_, Some("obj" | "gltf" | "glb")) => Ok(SceneArg::Mesh(path)),
+        _ => Err("it is one of cylinders, sphere, curtain, trousers, or a mesh that ends in .obj, .gltf or .glb".to_owned()),
     }
 }
 

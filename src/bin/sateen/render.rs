@@ -8,14 +8,14 @@ use sateen::model::{ModelKind, Rule, Sadeghi, irawan_of};
 use sateen::pattern::Pattern;
 use sateen::progress::Progress;
 use sateen::render::{
-    Cloth, Comparison, Display, Layer, Picture, Shape, Swatch, View, compare, curves, curves_csv,
-    curves_svg, render, to_exr,
+    Cloth, Comparison, Display, Drape, Layer, Light, Picture, Scene, Shape, Swatch, View, compare,
+    curtain, curves, curves_csv, curves_svg, load_mesh, render, to_exr, trousers,
 };
 use sateen::table::Table;
 use serde_json::json;
 
 use crate::Outcome;
-use crate::args::{Compared, Direction, Evaluator, RenderArgs};
+use crate::args::{Compared, Direction, Evaluator, RenderArgs, SceneArg};
 use crate::output::{Bar, Output, Usage, go_on, print, print_json, say, use_threads};
 use crate::subject::{Subject, load_table, provenance};
 
@@ -41,13 +41,19 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         None => vec![sitter.only_look()?],
     };
     let output = Output::prepare(&args.output)?;
-    let shape = Shape::from(args.shape);
     let beside = |extension: &str| Output::prepare(&args.output.with_extension(extension));
-    let curve_files = match (shape, &args.compare) {
-        (Shape::Cylinders, None) => Some((beside("csv")?, beside("svg")?)),
+    let curve_files = match (&args.scene, &args.compare) {
+        (SceneArg::Shape(Shape::Cylinders), None) => Some((beside("csv")?, beside("svg")?)),
         _ => None,
     };
-    let view = view(args);
+    let lights = lights(args);
+    let view = View {
+        size: args.size.into(),
+        samples: args.samples,
+        lights: &lights,
+        repeats: args.repeats,
+    };
+    let scene = scene(args)?;
 
     let mut bar = Bar::new(looks.len());
     let mut pictures: Vec<Picture> = Vec::new();
@@ -56,7 +62,12 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
         bar.begin(&look.name);
         let share = |share: f64| bar.report(share);
         let progress = Progress::new(&share);
-        pictures.push(render(shape, &look.cloth, &view, progress.part(0.0, 0.9))?);
+        pictures.push(render(
+            &*scene,
+            &look.cloth,
+            &view,
+            progress.part(0.0, 0.9),
+        )?);
         if curve_files.is_some() {
             drawn = Some(curves(&look.cloth, &view, progress.part(0.9, 1.0))?);
         }
@@ -180,44 +191,45 @@ impl<'a> Sitter<'a> {
 
     fn look(&self, how: &Compared) -> Result<Look> {
         let subject = &self.args.subject;
-        match (how, &self.cloth, &self.fabric) {
-            (Compared::Evaluator(evaluator), Subject::Pattern(pattern), _) => Ok(Look {
-                name: evaluator_name(*evaluator),
-                cloth: Cloth::Pattern(pattern.clone(), self.swatches(pattern, *evaluator)?),
-            }),
-            (Compared::Evaluator(Evaluator::Table), Subject::Table(table), _) => Ok(Look {
-                name: "table".to_owned(),
-                cloth: Cloth::Table(table.clone(), Vec::new()),
-            }),
-            (Compared::Evaluator(Evaluator::Direct(rule)), _, Some(fabric)) => Ok(Look {
-                name: evaluator_name(Evaluator::Direct(*rule)),
-                cloth: Cloth::Direct(Box::new(Sadeghi::new(fabric, *rule))),
-            }),
-            (Compared::Evaluator(Evaluator::Table), ..) => {
+        let (name, cloth) = match (how, &self.cloth, &self.fabric) {
+            (Compared::Evaluator(evaluator), Subject::Pattern(pattern), _) => {
+                let swatches = self.swatches(pattern, *evaluator)?;
+                let cloth = Cloth::Pattern(pattern.clone(), swatches);
+                (evaluator_name(*evaluator), cloth)
+            }
+            (_, Subject::Pattern(_), _) | (_, _, None) => {
+                let message = format!(
+                    "{subject} is a pattern, which has no other models and single tables; compare table, midpoint:N, quadrature:N or reference"
+                );
+                return Err(Usage(message).into());
+            }
+            (Compared::Evaluator(Evaluator::Table), Subject::Table(table), _) => {
+                let cloth = Cloth::Table(table.clone(), Vec::new());
+                ("table".to_owned(), cloth)
+            }
+            (Compared::Evaluator(Evaluator::Table), Subject::Fabric(_), _) => {
                 let message = format!(
                     "the evaluator table needs a table, but {subject} is a fabric; bake it first"
                 );
-                Err(Usage(message).into())
+                return Err(Usage(message).into());
             }
-            (Compared::Model(kind), _, Some(fabric)) => model(*kind, fabric, subject),
+            (Compared::Evaluator(Evaluator::Direct(rule)), _, Some(fabric)) => {
+                let cloth = Cloth::Direct(Box::new(Sadeghi::new(fabric, *rule)));
+                (evaluator_name(Evaluator::Direct(*rule)), cloth)
+            }
+            (Compared::Model(kind), _, Some(fabric)) => {
+                (kind.name().to_owned(), model(*kind, fabric, subject)?)
+            }
             (Compared::File(path), _, Some(fabric)) => {
                 let table = table_of(fabric, path)?;
                 let single = |albedo: [f64; 3]| albedo.map(|channel| channel as f32);
                 let threads = fabric.visible_threads();
                 let albedos = threads.map(|thread| single(thread.albedo)).collect();
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                Ok(Look {
-                    name: format!("table {stem}"),
-                    cloth: Cloth::Table(table, albedos),
-                })
+                (format!("table {stem}"), Cloth::Table(table, albedos))
             }
-            (Compared::Model(_) | Compared::File(_), _, None) => {
-                let message = format!(
-                    "{subject} is a pattern, and has no other models and single tables; compare table, midpoint:N, quadrature:N or reference"
-                );
-                Err(Usage(message).into())
-            }
-        }
+        };
+        Ok(Look { name, cloth })
     }
 
     /// A table or model for every fabric that a pattern needs.
@@ -242,12 +254,15 @@ impl<'a> Sitter<'a> {
     }
 
     /// What a file says of all its pictures.
-    fn notes(&self, args: &RenderArgs, view: &View) -> Vec<(&'static str, String)> {
-        let [x, y, z] = view.light;
+    fn notes(&self, args: &RenderArgs, view: &View<'_>) -> Vec<(&'static str, String)> {
+        let lights = view.lights.iter().map(|light| {
+            let [x, y, z] = light.direction;
+            format!("{x},{y},{z}")
+        });
         let mut notes = vec![
             ("fabric", self.name().to_owned()),
-            ("shape", Shape::from(args.shape).name().to_owned()),
-            ("light", format!("{x},{y},{z}")),
+            ("scene", scene_name(&args.scene)),
+            ("light", lights.collect::<Vec<_>>().join(" ")),
             ("view", "orthographic, from 0,0,1".to_owned()),
             ("samples", view.samples.to_string()),
         ];
@@ -273,7 +288,8 @@ fn table_of(fabric: &Fabric, path: &Path) -> Result<Box<Table>> {
     Ok(Box::new(table))
 }
 
-fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Look> {
+/// Another model with the parameters that the fabric's file has, or that its threads stand for.
+fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Cloth> {
     let mut models = fabric.models.clone();
     if kind == ModelKind::Irawan && models.irawan.is_none() {
         models.irawan = Some(irawan_of(fabric));
@@ -285,10 +301,7 @@ fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Look> {
             "{subject} has no section [{section}]; `sateen fit {name} {subject} -o FILE` writes it into one"
         );
     };
-    Ok(Look {
-        name: name.to_owned(),
-        cloth: Cloth::Other(model),
-    })
+    Ok(Cloth::Other(model))
 }
 
 fn evaluator_name(evaluator: Evaluator) -> String {
@@ -300,19 +313,52 @@ fn evaluator_name(evaluator: Evaluator) -> String {
     }
 }
 
-fn view(args: &RenderArgs) -> View {
-    let turned = || {
-        View::light_at(
-            args.light_deg.to_radians(),
-            args.light_elevation_deg.to_radians(),
-        )
+/// Width over height of what hangs, and how far the view of it is from above, radians.
+const ASPECT: f64 = 1.0;
+const FROM_ABOVE: f64 = 0.12;
+/// What lights it, unless told otherwise: a light before it to the left, one beside it to the right, and one above.
+const LIGHTS: [([f64; 3], f64); 3] = [
+    ([-0.48, 0.36, 0.8], 0.9),
+    ([0.936, 0.0, 0.352], 0.5),
+    ([0.0, 0.96, 0.28], 0.4),
+];
+
+fn scene(args: &RenderArgs) -> Result<Box<dyn Scene>> {
+    let mesh = match &args.scene {
+        SceneArg::Shape(shape) => return Ok(Box::new(*shape)),
+        SceneArg::Curtain => curtain(),
+        SceneArg::Trousers => trousers(),
+        SceneArg::Mesh(path) => load_mesh(path)?,
     };
-    View {
-        size: args.size.into(),
-        samples: args.samples,
-        light: args.light.map_or_else(turned, |Direction(light)| light),
-        repeats: args.repeats,
+    let drape = Drape::new(mesh, args.turn_deg.to_radians(), FROM_ABOVE, ASPECT);
+    Ok(Box::new(drape.context("the mesh has no triangles")?))
+}
+
+fn scene_name(scene: &SceneArg) -> String {
+    match scene {
+        SceneArg::Shape(shape) => shape.name().to_owned(),
+        SceneArg::Curtain => "curtain".to_owned(),
+        SceneArg::Trousers => "trousers".to_owned(),
+        SceneArg::Mesh(path) => path.display().to_string(),
     }
+}
+
+fn lights(args: &RenderArgs) -> Vec<Light> {
+    let is_at_camera = args.light_deg == 0.0 && args.light_elevation_deg == 0.0;
+    let hangs = !matches!(args.scene, SceneArg::Shape(_));
+    if !args.light.is_empty() {
+        let lights = args.light.iter();
+        return lights.map(|Direction(light)| Light::of(*light)).collect();
+    }
+    if hangs && is_at_camera {
+        let light = |(direction, strength)| Light {
+            direction,
+            strength,
+        };
+        return LIGHTS.map(light).to_vec();
+    }
+    let [azimuth, elevation] = [args.light_deg, args.light_elevation_deg].map(f64::to_radians);
+    vec![Light::of(Light::direction_at(azimuth, elevation))]
 }
 
 /// What is written, as either format has it.
