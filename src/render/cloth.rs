@@ -1,5 +1,7 @@
 //! What is wrapped around: ρ at many points of a surface.
 
+use std::collections::BTreeMap;
+
 use super::{Light, Place, radiance};
 use crate::lookup::Quantity;
 use crate::math::simd::Level;
@@ -33,16 +35,6 @@ impl Cloth {
         match self {
             Self::Table(..) | Self::Direct(_) | Self::Other(_) => None,
             Self::Pattern(pattern, _) => pattern.period(),
-        }
-    }
-}
-
-impl Swatch {
-    /// ρ \[1/sr\] with other albedos, one per visible thread.
-    fn rho(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
-        match self {
-            Self::Table(table) => table.eval_cos_with(albedos, wi, wr),
-            Self::Direct(model) => model.eval_cos_with(albedos, wi, wr),
         }
     }
 }
@@ -90,36 +82,86 @@ impl<'a> Points<'a> {
     pub(super) fn radiance(&self) -> Vec<[f32; 3]> {
         let count = self.wi[0].len();
         let of_rho = |rho| radiance(rho, self.light.strength);
-        let (wi, wr) = (self.wi.each_ref(), self.wr.each_ref());
-        let one_by_one = |rho: &dyn Fn(usize, [f32; 3], [f32; 3]) -> [f32; 3]| {
-            let at = |index: usize| rho(index, wi.map(|w| w[index]), wr.map(|w| w[index]));
-            (0..count).map(|index| at(index).map(of_rho)).collect()
-        };
         let mut rho = [(); 3].map(|()| vec![0.0; count]);
-        let (wi_slices, wr_slices) = (wi.map(Vec::as_slice), wr.map(Vec::as_slice));
-        let rho_slices = rho.each_mut().map(Vec::as_mut_slice);
         match self.cloth {
-            Cloth::Table(table, albedos) => table.eval_batch_at(
-                Level::detect(),
-                albedos,
-                Quantity::Rho,
-                wi_slices,
-                wr_slices,
-                rho_slices,
+            Cloth::Table(table, albedos) => lookup(table, albedos, &self.wi, &self.wr, &mut rho),
+            Cloth::Direct(model) => model.eval_cos_batch(
+                self.wi.each_ref().map(Vec::as_slice),
+                self.wr.each_ref().map(Vec::as_slice),
+                rho.each_mut().map(Vec::as_mut_slice),
             ),
-            Cloth::Direct(model) => model.eval_cos_batch(wi_slices, wr_slices, rho_slices),
-            Cloth::Other(model) => return one_by_one(&|_, wi, wr| model.eval_cos(wi, wr)),
-            Cloth::Pattern(pattern, swatches) => {
-                return one_by_one(&|index, wi, wr| {
-                    let [u, v] = self.uv[index];
-                    let place = pattern.at(u, v);
-                    swatches[place.material.bake].rho(&place.albedos, wi, wr)
-                });
+            Cloth::Other(model) => {
+                for index in 0..count {
+                    let [wi, wr] = self.pair(index);
+                    set(&mut rho, index, model.eval_cos(wi, wr));
+                }
             }
+            Cloth::Pattern(pattern, swatches) => self.printed(pattern, swatches, &mut rho),
         }
         let [r, g, b] = &rho;
         (0..count)
             .map(|index| [r[index], g[index], b[index]].map(of_rho))
             .collect()
     }
+
+    /// ρ of a pattern: points that differ in nothing but directions at once.
+    fn printed(&self, pattern: &Pattern, swatches: &[Swatch], rho: &mut [Vec<f32>; 3]) {
+        let mut alike: BTreeMap<(usize, Vec<[u32; 3]>), Vec<usize>> = BTreeMap::new();
+        for (index, [u, v]) in self.uv.iter().enumerate() {
+            let place = pattern.at(*u, *v);
+            let bits = |albedo: &[f32; 3]| albedo.map(f32::to_bits);
+            let albedos = place.albedos.iter().map(bits).collect();
+            let key = (place.material.bake, albedos);
+            alike.entry(key).or_default().push(index);
+        }
+        for ((bake, bits), indices) in alike {
+            let albedos: Vec<[f32; 3]> = bits.iter().map(|bits| bits.map(f32::from_bits)).collect();
+            match &swatches[bake] {
+                Swatch::Table(table) => {
+                    let some = |all: &Vec<f32>| indices.iter().map(|index| all[*index]).collect();
+                    let mut found = [(); 3].map(|()| vec![0.0; indices.len()]);
+                    let (wi, wr) = (self.wi.each_ref().map(some), self.wr.each_ref().map(some));
+                    lookup(table, &albedos, &wi, &wr, &mut found);
+                    let [r, g, b] = found;
+                    for (k, index) in indices.into_iter().enumerate() {
+                        set(rho, index, [r[k], g[k], b[k]]);
+                    }
+                }
+                Swatch::Direct(model) => {
+                    for index in indices {
+                        let [wi, wr] = self.pair(index);
+                        set(rho, index, model.eval_cos_with(&albedos, wi, wr));
+                    }
+                }
+            }
+        }
+    }
+
+    fn pair(&self, index: usize) -> [[f32; 3]; 2] {
+        [&self.wi, &self.wr].map(|w| w.each_ref().map(|slice| slice[index]))
+    }
+}
+
+fn set(colours: &mut [Vec<f32>; 3], index: usize, colour: [f32; 3]) {
+    for (channel, value) in colours.iter_mut().zip(colour) {
+        channel[index] = value;
+    }
+}
+
+/// ρ of a table for all pairs.
+fn lookup(
+    table: &Table,
+    albedos: &[[f32; 3]],
+    wi: &[Vec<f32>; 3],
+    wr: &[Vec<f32>; 3],
+    rho: &mut [Vec<f32>; 3],
+) {
+    table.eval_batch_at(
+        Level::detect(),
+        albedos,
+        Quantity::Rho,
+        wi.each_ref().map(Vec::as_slice),
+        wr.each_ref().map(Vec::as_slice),
+        rho.each_mut().map(Vec::as_mut_slice),
+    );
 }
