@@ -134,6 +134,42 @@ fn a_scaled_fabric_is_scaled_by_every_evaluator_and_in_the_file() {
 }
 
 #[test]
+fn info_says_what_other_models_of_the_fabric_reflect() {
+    let folder = tempfile::tempdir().unwrap();
+    let [toml, table] = ["mine.toml", "mine.sateen"].map(|name| folder.path().join(name));
+    let text = fabric("faux-suede").to_toml();
+    let sections = "\n[lambert]\nalbedo = { color = [0.1, 0.3, 1.2] }\n\n[oren_nayar]\nalbedo = { color = [0.5, 0.3, 0.2] }\nsigma_deg = 0\n";
+    fs::write(&toml, text + sections).unwrap();
+    let sateen = || Command::cargo_bin("sateen").expect("the tool is built");
+    sateen()
+        .arg("bake")
+        .arg(&toml)
+        .args(["--preset", "draft", "-o"])
+        .arg(&table)
+        .assert()
+        .success();
+    let info = sateen().arg("info").arg(&table).assert().success();
+    info.stdout(
+        contains("lambert reflects 0°: 120.0 %")
+            .and(contains("at most 120.0 % at 0°, more than arrives"))
+            .and(
+                contains("oren-nayar reflects 0°: 50.0 %").and(contains("torrance-sparrow").not()),
+            ),
+    );
+    let json = sateen()
+        .args(["info", "--json"])
+        .arg(&table)
+        .output()
+        .unwrap()
+        .stdout;
+    let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    let models = &json["reflectance_of_models"];
+    assert_eq!(models.as_object().unwrap().len(), 2);
+    let share = models["lambert"]["views"][4]["mean"].as_f64().unwrap();
+    assert!((share - 1.2).abs() < 1e-3, "{share}");
+}
+
+#[test]
 fn the_tool_warns_of_such_fits_and_scales_them_when_asked() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);

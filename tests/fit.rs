@@ -76,6 +76,27 @@ fn parameters_are_found_again() {
 }
 
 #[test]
+fn a_fit_with_a_lobe_is_no_worse_than_one_without() {
+    for name in ["denim", "polyester-lining", "tshirt-white"] {
+        let fabric = fabric(name);
+        // What the fits are of.
+        let data = Truth::new(&fabric, 1024, 41, Progress::silent()).unwrap();
+        let [lambert, torrance_sparrow] =
+            [ModelKind::Lambert, ModelKind::TorranceSparrow].map(|kind| {
+                let models = fit(&fabric, kind, Progress::silent()).unwrap().models;
+                let model = kind.prepare::<f64>(&models).unwrap().unwrap();
+                let values = data.values_of(&*model, Progress::silent()).unwrap();
+                let residuals = data.relative_residuals(&values);
+                residuals.iter().map(|x| x * x).sum::<f64>()
+            });
+        assert!(
+            torrance_sparrow <= lambert,
+            "{name}: {torrance_sparrow} {lambert}"
+        );
+    }
+}
+
+#[test]
 fn irawans_colours_are_found_again_from_near_by() {
     let made = irawan_of(&fabric("denim"));
     let mut made = Irawan {

@@ -108,6 +108,15 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
             );
         }
         assert_eq!(row.len(), 20, "every column is looked at");
+        // Of a fit how much it reflects, which for the others is what the fabric does.
+        let is_fit = json["family"] == "fit";
+        let views = json["reflectance"]["views"].as_array();
+        assert_eq!(
+            views.map(Vec::len),
+            is_fit.then_some(9),
+            "{}",
+            row["evaluator"]
+        );
         assert!(evaluator.ns > 0.0 && evaluator.speedup > 0.0);
     }
     assert_eq!(

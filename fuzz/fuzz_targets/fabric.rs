@@ -51,4 +51,14 @@ fn check_tangents(thread: &Thread) {
     assert!(weights.clone().all(|weight| (0.0..=1.0).contains(&weight)));
     let sum: f64 = weights.sum();
     assert!((sum - 1.0).abs() <= 1e-6, "{sum}");
+    let strands = thread.strands(thread.direction());
+    let straight = strands.straight.iter().map(|strand| strand.share);
+    let sum: f64 = straight
+        .chain(strands.sweeps.iter().map(|sweep| sweep.share))
+        .sum();
+    assert!((sum - 1.0).abs() <= 1e-6, "{sum}");
+    assert!(!thread.is_straight() || strands.straight.len() == 1);
+    // Whatever they say, they say it within the time that an input has.
+    strands.are_isotropic();
+    strands.look_the_same_from_both_sides();
 }

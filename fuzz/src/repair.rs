@@ -2,13 +2,17 @@
 //!
 //! `src/table/FORMAT.md` says what is where.
 
-const MAGIC: &[u8] = b"\x89SATEEN\n\x02\0\0\0";
+const MAGIC: &[u8] = b"\x89SATEEN\n\x02\0";
+/// The minor version, of which there are three.
+const MINOR: usize = 10;
+const MINORS: u8 = 3;
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const HEADER_LENGTH: usize = 12;
 const HEADER_CRC: usize = 16;
 const CHECKED_FROM: usize = 20;
 const ALIGNMENT: usize = 64;
-const MOST_CHUNKS: usize = 65;
+/// Metadata, and two grids for each of 64 threads.
+const MOST_CHUNKS: usize = 129;
 
 /// A chunk's entry: offset, stored bytes, decoded bytes, CRC, codec.
 const ENTRY: usize = 32;
@@ -45,6 +49,8 @@ impl File {
     /// The file, every length, offset and checksum right.
     pub fn bytes(mut self) -> Vec<u8> {
         self.header[..MAGIC.len()].copy_from_slice(MAGIC);
+        let minor = self.header[MINOR] % MINORS;
+        put(&mut self.header, MINOR, &[minor, 0]);
         let length = self.header.len();
         put(
             &mut self.header,

@@ -30,7 +30,7 @@ const SEED: u64 = 41;
 /// Pairs that the error is measured on.
 const ERROR_PAIRS: usize = 8192;
 /// Relative change of the squares and of the parameters at which a fit is done.
-const TOLERANCE: f64 = 1e-5;
+const TOLERANCE: f64 = 1e-6;
 /// Evaluations per parameter at which a fit is given up as good enough.
 const PATIENCE: usize = 6;
 

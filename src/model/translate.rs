@@ -14,6 +14,7 @@
 //! - A spine's tangents are told by the share of the cloth's length that lies below an inclination, which for all conics is
 //!   ½ + ½ √q(u_max)/sin u_max · sin u/√q(u), q as in [`IrawanMarschner`](super::IrawanMarschner). The closest spine has the least mean squared
 //!   distance of that share to the tangent curve's; κ is found to a hundredth, by trying them all.
+//! - A yarn has one direction: of a thread whose direction changes along its curve, the mean.
 //! - u_max is at least γ_s, which stands for a spine that the tangent curve takes to be straight, and at most 80°, or nothing is
 //!   left of the spine.
 

@@ -94,6 +94,11 @@ fn tables(repository: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
             baked(fabric, &small(Direct::Always)),
         ));
     }
+    // All of a thread in two grids: of four, three and two coordinates, and of one.
+    for fabric in ["weft-knit-curve", "felt"] {
+        let settings = small(Direct::Never);
+        tables.push((format!("{fabric}-curve"), baked(fabric, &settings)));
+    }
     Ok(tables)
 }
 
