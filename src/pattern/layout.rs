@@ -121,6 +121,24 @@ impl Layout {
     }
 }
 
+impl Layout {
+    /// Its longest period along u, v or across.
+    pub(super) fn period(&self) -> Option<f64> {
+        let longer = |[u, v]: [f64; 2]| Some(u.max(v));
+        match self {
+            Self::Plain => None,
+            Self::Dots {
+                spacing: [u, v],
+                staggered,
+                ..
+            } => longer([*u, if *staggered { 2.0 * v } else { *v }]),
+            Self::Stripes { ends, .. } => ends.last().copied(),
+            Self::Checks { size, .. } => longer(size.map(|size| 2.0 * size)),
+            Self::Mask { size, .. } | Self::Albedo { size, .. } => longer(*size),
+        }
+    }
+}
+
 /// The image repeats over the plane, its lower left corner at the origin.
 fn sample(image: &Image, size: &[f64; 2], u: f64, v: f64) -> [f32; 3] {
     image.at((u / size[0]).rem_euclid(1.0), (v / size[1]).rem_euclid(1.0))

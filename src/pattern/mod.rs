@@ -102,6 +102,12 @@ impl Pattern {
             .map(|index| &self.materials[*index].fabric)
     }
 
+    /// How far it is until the pattern repeats along both u and v, the longer where these differ; `None` if it is the same
+    /// everywhere.
+    pub fn period(&self) -> Option<f64> {
+        self.layout.period()
+    }
+
     /// The cloth at (u, v). Never fails: what is no number counts as 0.
     pub fn at(&self, u: f64, v: f64) -> Place<'_> {
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };

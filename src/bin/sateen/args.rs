@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -8,6 +9,7 @@ use sateen::bake::{Direct, Preset};
 use sateen::chart::Chart;
 use sateen::metrics::{DEFAULT_PAIRS, VALIDATION_SEED};
 use sateen::model::{ModelKind, Rule};
+use sateen::render::Shape;
 use sateen::table::Encoding;
 
 /// Bakes fabric BRDFs into small 4D tables, evaluates them, and tells what the approximation costs.
@@ -31,6 +33,7 @@ pub(crate) enum Verb {
     Fit(FitArgs),
     Report(ReportArgs),
     Stress(StressArgs),
+    Render(RenderArgs),
 }
 
 /// List the fabrics of the library.
@@ -264,6 +267,101 @@ pub(crate) struct StressArgs {
     pub(crate) jobs: Option<u16>,
 }
 
+/// Take pictures of cloth on cylinders or a sphere.
+///
+/// The light has irradiance π, so that white cloth which scatters evenly and faces it has radiance 1. A PNG shows radiance to the
+/// power 1/2.2 at the --exposure, a transparent background, and what made it as text; an EXR has linear radiance without
+/// --exposure. Beside a picture of cylinders its curves are written, radiance across each of them: the same name ending in .svg
+/// and .csv.
+#[derive(clap::Args)]
+pub(crate) struct RenderArgs {
+    /// What the cloth is wrapped around.
+    #[arg(value_enum)]
+    pub(crate) shape: ShapeArg,
+    /// A name from the library, the TOML file of a fabric or a pattern, or a table.
+    #[arg(value_name = "FABRIC|TABLE|PATTERN")]
+    pub(crate) subject: String,
+    /// The picture to write, which ends in .png or .exr.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// table, midpoint:N, quadrature:N or reference, as `eval` has them [default: table for a table, else quadrature:8].
+    #[arg(long, value_parser = parse_evaluator, conflicts_with = "compare")]
+    pub(crate) evaluator: Option<Evaluator>,
+    /// Two evaluators, the second as the truth: writes both pictures, their difference and FLIP, the difference that the eye sees,
+    /// and prints how large they are. Each is table, midpoint:N, quadrature:N, reference, another model's name as --model has
+    /// it, or the file of a table of the same fabric, which is dyed like it.
+    #[arg(long, num_args = 2, value_names = ["A", "B"], value_parser = parse_compared)]
+    pub(crate) compare: Option<Vec<Compared>>,
+    /// The folder of the tables that a pattern is evaluated with: what `bake PATTERN -o DIR` wrote.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) tables: Option<PathBuf>,
+    /// Which model of the fabric, as `eval` has them.
+    #[arg(long, default_value = SADEGHI, value_parser = evaluated_model(), conflicts_with = "compare")]
+    pub(crate) model: ::std::option::Option<ModelKind>,
+    /// Rows of the picture. A sphere has as many columns, cylinders twice as many.
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = value_parser!(u16).range(1..=4096))]
+    pub(crate) size: u16,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = value_parser!(u32).range(1..=4096))]
+    pub(crate) samples: u32,
+    /// How far the light is turned from the camera to the right, in degrees.
+    #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
+    pub(crate) light_deg: f64,
+    /// How far the light is raised, in degrees.
+    #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
+    pub(crate) light_elevation_deg: f64,
+    /// The direction to the light instead: x right, y up, z to the viewer, of any length.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, conflicts_with_all = ["light_deg", "light_elevation_deg"])]
+    pub(crate) light: Option<Direction>,
+    /// Stops by which a PNG is brighter.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = parse_stops, allow_negative_numbers = true)]
+    pub(crate) exposure: f64,
+    /// How often a pattern repeats across half the circumference.
+    #[arg(long, value_name = "N", default_value_t = 4.0, value_parser = parse_repeats)]
+    pub(crate) repeats: f64,
+    /// Store 32-bit floats in an EXR, not halves.
+    #[arg(long)]
+    pub(crate) float: bool,
+    /// Print what --compare finds as JSON.
+    #[arg(long, requires = "compare")]
+    pub(crate) json: bool,
+    /// Which of the named albedos of a TOML file to use [default: the first by name].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) variant: Option<String>,
+    /// Threads to work with [default: all cores]. The result does not depend on it.
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum ShapeArg {
+    /// Three upright cylinders, their warp vertical, horizontal and diagonal.
+    Cylinders,
+    /// A sphere, whose slices through the centre are cylinders of every orientation.
+    Sphere,
+}
+
+impl From<ShapeArg> for Shape {
+    fn from(shape: ShapeArg) -> Self {
+        match shape {
+            ShapeArg::Cylinders => Self::Cylinders,
+            ShapeArg::Sphere => Self::Sphere,
+        }
+    }
+}
+
+/// A unit vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Direction(pub(crate) [f64; 3]);
+
+/// One side of a comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Compared {
+    Evaluator(Evaluator),
+    Model(ModelKind),
+    File(PathBuf),
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum PresetArg {
     /// At most 512 KiB in memory.
@@ -399,6 +497,58 @@ fn parse_evaluator(text: &str) -> Result<Evaluator, String> {
     }
 }
 
+fn parse_compared(text: &str) -> Result<Compared, String> {
+    if text.ends_with(".sateen") || text.contains(['/', '\\']) {
+        return Ok(Compared::File(text.into()));
+    }
+    if let Some(kind) = other_model(text) {
+        return Ok(Compared::Model(kind));
+    }
+    parse_evaluator(text)
+        .map(Compared::Evaluator)
+        .map_err(|error| {
+            format!("{error}, another model's name, or the file of a table, which ends in .sateen")
+        })
+}
+
+fn parse_degrees(text: &str) -> Result<f64, String> {
+    parse_within(text, -360.0..=360.0, "degrees")
+}
+
+fn parse_stops(text: &str) -> Result<f64, String> {
+    parse_within(text, -64.0..=64.0, "stops")
+}
+
+fn parse_repeats(text: &str) -> Result<f64, String> {
+    parse_within(text, 1e-3..=1e4, "repeats")
+}
+
+fn parse_within(text: &str, range: RangeInclusive<f64>, what: &str) -> Result<f64, String> {
+    match text.trim().parse() {
+        Ok(number) if range.contains(&number) => Ok(number),
+        _ => Err(format!(
+            "it is a number of {what}, from {} to {}",
+            range.start(),
+            range.end()
+        )),
+    }
+}
+
+fn parse_direction(text: &str) -> Result<Direction, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|x| x.trim().parse()).collect();
+    let wrong = || "it is three numbers as 0.5,0,1, not all 0".to_owned();
+    let [x, y, z] = numbers
+        .ok()
+        .and_then(|numbers| <[f64; 3]>::try_from(numbers).ok())
+        .ok_or_else(wrong)?;
+    let length = x.hypot(y).hypot(z);
+    if length > 0.0 && length.is_finite() {
+        Ok(Direction([x, y, z].map(|component| component / length)))
+    } else {
+        Err(wrong())
+    }
+}
+
 fn parse_nanoseconds(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(ns) if ns > 0.0 && ns.is_finite() => Ok(ns),
@@ -417,7 +567,7 @@ fn parse_share(text: &str) -> Result<f64, String> {
 }
 
 /// From what a grid needs at least to the most that a reader takes.
-const SIZES: std::ops::RangeInclusive<usize> = 16 << 10..=256 << 20;
+const SIZES: RangeInclusive<usize> = 16 << 10..=256 << 20;
 
 fn parse_size(text: &str) -> Result<usize, String> {
     let units = [("KiB", 10), ("MiB", 20)];

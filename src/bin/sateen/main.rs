@@ -9,6 +9,7 @@ mod fabrics;
 mod fit;
 mod info;
 mod output;
+mod render;
 mod report;
 mod stress;
 mod subject;
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Verb::Fit(args) => fit::run(&args),
         Verb::Report(args) => report::run(&args),
         Verb::Stress(args) => stress::run(&args),
+        Verb::Render(args) => render::run(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

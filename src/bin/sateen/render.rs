@@ -1,0 +1,420 @@
+//! `sateen render`
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use sateen::fabric::Fabric;
+use sateen::model::{ModelKind, Rule, Sadeghi, irawan_of};
+use sateen::pattern::Pattern;
+use sateen::progress::Progress;
+use sateen::render::{
+    Cloth, Comparison, Display, Layer, Picture, Shape, Swatch, View, compare, curves, curves_csv,
+    curves_svg, render, to_exr,
+};
+use sateen::table::Table;
+use serde_json::json;
+
+use crate::Outcome;
+use crate::args::{Compared, Direction, Evaluator, RenderArgs};
+use crate::output::{Bar, Output, Usage, go_on, print, print_json, say, use_threads};
+use crate::subject::{Subject, load_table, provenance};
+
+/// How fabrics are evaluated unless told otherwise: no error can be seen, and a picture takes seconds.
+const DEFAULT_RULE: Rule = Rule::Quadrature(8);
+
+pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
+    use_threads(args.jobs)?;
+    let format = Format::of(&args.output)?;
+    if args.float && format == Format::Png {
+        let message = format!(
+            "--float is for EXR, but -o {} is a PNG",
+            args.output.display()
+        );
+        return Err(Usage(message).into());
+    }
+    let sitter = Sitter::load(args)?;
+    let looks = match &args.compare {
+        Some(sides) => sides
+            .iter()
+            .map(|side| sitter.look(side))
+            .collect::<Result<Vec<Look>>>()?,
+        None => vec![sitter.only_look()?],
+    };
+    let output = Output::prepare(&args.output)?;
+    let shape = Shape::from(args.shape);
+    let beside = |extension: &str| Output::prepare(&args.output.with_extension(extension));
+    let curve_files = match (shape, &args.compare) {
+        (Shape::Cylinders, None) => Some((beside("csv")?, beside("svg")?)),
+        _ => None,
+    };
+    let view = view(args);
+
+    let mut bar = Bar::new(looks.len());
+    let mut pictures: Vec<Picture> = Vec::new();
+    let mut drawn = None;
+    for look in &looks {
+        bar.begin(&look.name);
+        let share = |share: f64| bar.report(share);
+        let progress = Progress::new(&share);
+        pictures.push(render(shape, &look.cloth, &view, progress.part(0.0, 0.9))?);
+        if curve_files.is_some() {
+            drawn = Some(curves(&look.cloth, &view, progress.part(0.9, 1.0))?);
+        }
+    }
+    drop(bar);
+    let comparison = match pictures.as_slice() {
+        [a, b] => Some(compare(a, b, args.exposure)),
+        _ => None,
+    };
+    go_on()?;
+    let file = File {
+        args,
+        notes: sitter.notes(args, &view),
+        looks: &looks,
+        pictures: &pictures,
+        comparison: comparison.as_ref(),
+    };
+    let bytes = match format {
+        Format::Png => file.png()?,
+        Format::Exr => file.exr()?,
+    };
+    go_on()?;
+    output.write(&bytes)?;
+    if let (Some((csv, svg)), Some(drawn)) = (curve_files, drawn) {
+        let title = format!("{}, {}", sitter.name(), looks[0].name);
+        csv.write(curves_csv(&drawn).as_bytes())?;
+        svg.write(curves_svg(&title, &drawn).as_bytes())?;
+    }
+    if let Some(comparison) = &comparison {
+        tell(comparison, &looks, args)?;
+    }
+    Ok(Outcome::Done)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Format {
+    Png,
+    Exr,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self> {
+        let extension = path.extension().map(|end| end.to_ascii_lowercase());
+        match extension.as_deref().and_then(|end| end.to_str()) {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => {
+                let message = format!(
+                    "-o {}: a picture's name ends in .png or .exr",
+                    path.display()
+                );
+                Err(Usage(message).into())
+            }
+        }
+    }
+}
+
+/// What sits for the picture.
+struct Sitter<'a> {
+    args: &'a RenderArgs,
+    cloth: Subject,
+    /// The fabric, or what a table was baked from; none of a pattern.
+    fabric: Option<Fabric>,
+}
+
+/// One way to see it.
+struct Look {
+    /// The evaluator.
+    name: String,
+    cloth: Cloth,
+}
+
+impl<'a> Sitter<'a> {
+    fn load(args: &'a RenderArgs) -> Result<Self> {
+        let cloth = Subject::load(&args.subject, args.variant.as_deref())?;
+        let fabric = match &cloth {
+            Subject::Fabric(fabric) => Some(fabric.clone()),
+            Subject::Table(table) => Some(provenance(table, Path::new(&args.subject))?.1),
+            Subject::Pattern(_) => None,
+        };
+        if args.tables.is_some() && fabric.is_some() {
+            let message = format!("--tables is for patterns, but {} is none", args.subject);
+            return Err(Usage(message).into());
+        }
+        Ok(Self {
+            args,
+            cloth,
+            fabric,
+        })
+    }
+
+    fn name(&self) -> &str {
+        match (&self.cloth, &self.fabric) {
+            (Subject::Pattern(pattern), _) => &pattern.name,
+            (_, Some(fabric)) => &fabric.name,
+            _ => &self.args.subject,
+        }
+    }
+
+    /// As `--evaluator` and `--model` say.
+    fn only_look(&self) -> Result<Look> {
+        let Some(kind) = self.args.model else {
+            let default = match (&self.cloth, &self.args.tables) {
+                (Subject::Table(_), _) | (Subject::Pattern(_), Some(_)) => Evaluator::Table,
+                _ => Evaluator::Direct(DEFAULT_RULE),
+            };
+            let evaluator = self.args.evaluator.unwrap_or(default);
+            if let (Evaluator::Direct(_), Some(_)) = (evaluator, &self.args.tables) {
+                let message = "--tables are for --evaluator table";
+                return Err(Usage(message.to_owned()).into());
+            }
+            return self.look(&Compared::Evaluator(evaluator));
+        };
+        if self.args.evaluator.is_some() {
+            let name = kind.name();
+            let message = format!("--evaluator is for --model sadeghi, not {name}");
+            return Err(Usage(message).into());
+        }
+        self.look(&Compared::Model(kind))
+    }
+
+    fn look(&self, how: &Compared) -> Result<Look> {
+        let subject = &self.args.subject;
+        let (name, cloth) = match (how, &self.cloth, &self.fabric) {
+            (Compared::Evaluator(evaluator), Subject::Pattern(pattern), _) => {
+                let swatches = self.swatches(pattern, *evaluator)?;
+                let cloth = Cloth::Pattern(pattern.clone(), swatches);
+                (evaluator_name(*evaluator), cloth)
+            }
+            (_, Subject::Pattern(_), _) | (_, _, None) => {
+                let message = format!(
+                    "{subject} is a pattern, which has no other models and single tables; compare table, midpoint:N, quadrature:N or reference"
+                );
+                return Err(Usage(message).into());
+            }
+            (Compared::Evaluator(Evaluator::Table), Subject::Table(table), _) => {
+                let cloth = Cloth::Table(table.clone(), Vec::new());
+                ("table".to_owned(), cloth)
+            }
+            (Compared::Evaluator(Evaluator::Table), Subject::Fabric(_), _) => {
+                let message = format!(
+                    "the evaluator table needs a table, but {subject} is a fabric; bake it first"
+                );
+                return Err(Usage(message).into());
+            }
+            (Compared::Evaluator(Evaluator::Direct(rule)), _, Some(fabric)) => {
+                let cloth = Cloth::Direct(Box::new(Sadeghi::new(fabric, *rule)));
+                (evaluator_name(Evaluator::Direct(*rule)), cloth)
+            }
+            (Compared::Model(kind), _, Some(fabric)) => {
+                (kind.name().to_owned(), model(*kind, fabric, subject)?)
+            }
+            (Compared::File(path), _, Some(fabric)) => {
+                let table = table_of(fabric, path)?;
+                let single = |albedo: [f64; 3]| albedo.map(|channel| channel as f32);
+                let threads = fabric.visible_threads();
+                let albedos = threads.map(|thread| single(thread.albedo)).collect();
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+                (format!("table {stem}"), Cloth::Table(table, albedos))
+            }
+        };
+        Ok(Look { name, cloth })
+    }
+
+    /// A table or model for every fabric that a pattern needs.
+    fn swatches(&self, pattern: &Pattern, evaluator: Evaluator) -> Result<Vec<Swatch>> {
+        let swatch = |fabric: &Fabric| match (evaluator, &self.args.tables) {
+            (Evaluator::Direct(rule), _) => {
+                Ok(Swatch::Direct(Box::new(Sadeghi::new(fabric, rule))))
+            }
+            (Evaluator::Table, Some(folder)) => {
+                let path = folder.join(format!("{}.sateen", fabric.name));
+                table_of(fabric, &path).map(Swatch::Table)
+            }
+            (Evaluator::Table, None) => {
+                let message = format!(
+                    "the evaluator table of a pattern needs --tables DIR, where `sateen bake {} -o DIR` wrote",
+                    self.args.subject
+                );
+                Err(Usage(message).into())
+            }
+        };
+        pattern.bakes().map(swatch).collect()
+    }
+
+    /// What a file says of all its pictures.
+    fn notes(&self, args: &RenderArgs, view: &View) -> Vec<(&'static str, String)> {
+        let [x, y, z] = view.light;
+        let mut notes = vec![
+            ("fabric", self.name().to_owned()),
+            ("shape", Shape::from(args.shape).name().to_owned()),
+            ("light", format!("{x},{y},{z}")),
+            ("view", "orthographic, from 0,0,1".to_owned()),
+            ("samples", view.samples.to_string()),
+        ];
+        if matches!(self.cloth, Subject::Pattern(_)) {
+            notes.push(("repeats", view.repeats.to_string()));
+        }
+        notes
+    }
+}
+
+/// A table of a fabric that is dyed in any way.
+fn table_of(fabric: &Fabric, path: &Path) -> Result<Box<Table>> {
+    let (table, _) = load_table(path)?;
+    let (_, baked) = provenance(&table, path)?;
+    if !baked.is_dyed_like(fabric) {
+        bail!(
+            "{} is a table of {}, which is not the {} to be rendered; bake that",
+            path.display(),
+            baked.name,
+            fabric.name
+        );
+    }
+    Ok(Box::new(table))
+}
+
+/// Another model with the parameters that the fabric's file has, or that its threads stand for.
+fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Cloth> {
+    let mut models = fabric.models.clone();
+    if kind == ModelKind::Irawan && models.irawan.is_none() {
+        models.irawan = Some(irawan_of(fabric));
+    }
+    let name = kind.name();
+    let Some(model) = kind.prepare(&models)? else {
+        let section = name.replace('-', "_");
+        bail!(
+            "{subject} has no section [{section}]; `sateen fit {name} {subject} -o FILE` writes it into one"
+        );
+    };
+    Ok(Cloth::Other(model))
+}
+
+fn evaluator_name(evaluator: Evaluator) -> String {
+    match evaluator {
+        Evaluator::Table => "table".to_owned(),
+        Evaluator::Direct(Rule::Midpoint(count)) => format!("midpoint:{count}"),
+        Evaluator::Direct(Rule::Quadrature(count)) => format!("quadrature:{count}"),
+        Evaluator::Direct(Rule::Adaptive(_)) => "reference".to_owned(),
+    }
+}
+
+fn view(args: &RenderArgs) -> View {
+    let turned = || {
+        View::light_at(
+            args.light_deg.to_radians(),
+            args.light_elevation_deg.to_radians(),
+        )
+    };
+    View {
+        size: args.size.into(),
+        samples: args.samples,
+        light: args.light.map_or_else(turned, |Direction(light)| light),
+        repeats: args.repeats,
+    }
+}
+
+/// What is written, as either format has it.
+struct File<'a> {
+    args: &'a RenderArgs,
+    notes: Vec<(&'static str, String)>,
+    looks: &'a [Look],
+    pictures: &'a [Picture],
+    comparison: Option<&'a Comparison>,
+}
+
+impl File<'_> {
+    /// The picture, or from left to right A, B, their difference and FLIP.
+    fn png(&self) -> Result<Vec<u8>> {
+        let stops = self.args.exposure;
+        let shown = self.pictures.iter().map(|of| Display::of(of, stops));
+        let mut parts: Vec<Display> = shown.collect();
+        let mut notes = self.notes.clone();
+        let names: Vec<&str> = self.looks.iter().map(|look| look.name.as_str()).collect();
+        notes.push(("evaluator", names.join(", ")));
+        notes.push(("exposure", stops.to_string()));
+        if let Some(comparison) = self.comparison {
+            parts.extend(comparison.panels());
+            notes.push(("panels", "A, B, |A - B| times factor, FLIP".to_owned()));
+            notes.extend(numbers(comparison));
+        }
+        notes.push(("Software", TOOL.to_owned()));
+        Display::beside(&parts)
+            .to_png(&notes)
+            .context("cannot encode the PNG")
+    }
+
+    /// A layer for every evaluator, and for the difference and FLIP.
+    fn exr(&self) -> Result<Vec<u8>> {
+        let mut layers: Vec<Layer> = Vec::new();
+        for (look, picture) in self.looks.iter().zip(self.pictures) {
+            let name = if layers.iter().any(|layer| layer.name == look.name) {
+                format!("{} again", look.name)
+            } else {
+                look.name.clone()
+            };
+            let mut layer = Layer::of(&name, picture);
+            layer.notes.clone_from(&self.notes);
+            layer.notes.push(("evaluator", look.name.clone()));
+            layers.push(layer);
+        }
+        if let Some(comparison) = self.comparison {
+            let notes = [self.notes.clone(), numbers(comparison)].concat();
+            let mut difference = Layer::of("difference", &comparison.difference);
+            difference.notes.clone_from(&notes);
+            layers.push(difference);
+            layers.push(Layer {
+                name: "flip".to_owned(),
+                notes,
+                channels: vec![("Y", comparison.flip.clone())],
+            });
+        }
+        to_exr(&layers, self.pictures[0].width, self.args.float).context("cannot encode the EXR")
+    }
+}
+
+const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
+
+fn numbers(comparison: &Comparison) -> Vec<(&'static str, String)> {
+    vec![
+        ("factor", comparison.factor.to_string()),
+        ("flip mean", comparison.flip_mean.to_string()),
+        ("flip max", comparison.flip_max.to_string()),
+        ("rmse", comparison.rmse.to_string()),
+        (
+            "mean relative error",
+            comparison.mean_relative_error.to_string(),
+        ),
+    ]
+}
+
+fn tell(comparison: &Comparison, looks: &[Look], args: &RenderArgs) -> Result<()> {
+    let Comparison {
+        flip_mean,
+        flip_max,
+        rmse,
+        mean_relative_error,
+        factor,
+        ..
+    } = comparison;
+    if args.json {
+        return print_json(&json!({
+            "a": looks[0].name,
+            "b": looks[1].name,
+            "flip": { "mean": flip_mean, "max": flip_max },
+            "rmse": rmse,
+            "mean_relative_error": mean_relative_error,
+            "factor": factor,
+        }));
+    }
+    print(&format!(
+        "{} against {}\n  FLIP                 mean {flip_mean:.5}, at most {flip_max:.4}\n  RMSE                 {rmse:.3e}\n  mean relative error  {:.3} %\n",
+        looks[0].name,
+        looks[1].name,
+        100.0 * mean_relative_error
+    ))?;
+    if factor > &1.0 {
+        say(&format!("the difference is shown {factor} times as large"));
+    }
+    Ok(())
+}
