@@ -26,9 +26,9 @@ pub fn curtain() -> Mesh {
     let theta = |s: f64, v: f64| TAU * PLEATS * (s + 0.04 * (TAU * 1.5 * s + 0.7 * v).sin());
     let depth = |v: f64| DEPTH * (0.75 + 0.25 * v);
     let z = |s: f64, v: f64| depth(v) * theta(s, v).cos();
-    // ∫ √(1 − z'²) ds by midpoints, along the rail and along the hem; between them x changes evenly.
+    // ∫ √(1 − z'²) ds along the rail and along the hem; between them x changes evenly.
+    const STEPS: usize = 4000;
     let edge = |v: f64| {
-        const STEPS: usize = 4000;
         let step = 1.0 / STEPS as f64;
         let mut sums = vec![0.0];
         for k in 0..STEPS {
@@ -36,17 +36,18 @@ pub fn curtain() -> Mesh {
             let slope = (z(s + step, v) - z(s, v)) / step;
             sums.push(sums[k] + step * (1.0 - slope * slope).max(0.0).sqrt());
         }
-        move |s: f64| {
-            let at = (s * STEPS as f64).clamp(0.0, STEPS as f64 - 1e-9);
-            let k = at as usize;
-            sums[k] + (sums[k + 1] - sums[k]) * (at - k as f64)
-        }
+        sums
     };
-    let (rail, hem) = (edge(0.0), edge(1.0));
+    let edges = [edge(0.0), edge(1.0)];
+    let between = |sums: &[f64], s: f64| {
+        let at = (s * STEPS as f64).clamp(0.0, STEPS as f64 - 1e-9);
+        let k = at as usize;
+        sums[k] + (sums[k + 1] - sums[k]) * (at - k as f64) - 0.5 * sums[STEPS]
+    };
     let size = Vec2::new(HEIGHT as f32, 1.0);
     Mesh::sheet(160, COLUMNS, size, |u, s| {
-        let x = rail(s) + (hem(s) - rail(s)) * u;
-        [x, -HEIGHT * u, z(s, u)]
+        let [rail, hem] = edges.each_ref().map(|sums| between(sums, s));
+        [rail + (hem - rail) * u, -HEIGHT * u, z(s, u)]
     })
 }
 

@@ -82,6 +82,8 @@ pub struct Drape {
     mesh: Mesh,
     triangles: Vec<Triangle>,
     bvh: Bvh2,
+    /// Nothing is nearer to the viewer.
+    front: f32,
     /// Width of the picture over its height.
     aspect: f64,
 }
@@ -126,6 +128,7 @@ impl Drape {
         );
         Some(Self {
             mesh,
+            front: scale * half.z + 1.0,
             triangles,
             bvh,
             aspect,
@@ -137,7 +140,7 @@ impl Drape {
         let mut hit = RayHit::none();
         let triangle = |index: usize| self.bvh.primitive_indices[index] as usize;
         let is_hit = self.bvh.ray_traverse(ray, &mut hit, |ray, index| {
-            self.triangles[triangle(index)].intersect(ray)
+            intersect(&self.triangles[triangle(index)], ray)
         });
         is_hit.then(|| (triangle(hit.primitive_id as usize), hit.t))
     }
@@ -149,8 +152,7 @@ impl Scene for Drape {
     }
 
     fn at(&self, x: f64, y: f64) -> Option<Seen> {
-        // From before everything: the mesh is no deeper than it is turned, and at most as deep as its diagonal.
-        let from = Vec3A::new(x as f32, y as f32, FAR);
+        let from = Vec3A::new(x as f32, y as f32, self.front);
         let ray = Ray::new_inf(from, Vec3A::NEG_Z);
         let (index, distance) = self.hit(ray)?;
         let corners = self.mesh.triangles[index].map(|index| index as usize);
@@ -192,8 +194,24 @@ impl Scene for Drape {
 
 /// How much of the picture a mesh fills.
 const MARGIN: f32 = 0.96;
-/// Where rays begin.
-const FAR: f32 = 1e3;
+/// How far, in weights, a point may be outside of a triangle and meet it: neighbours overlap by that, and no ray slips through.
+const EDGE: f32 = 1e-4;
+
+/// How far along a ray the triangle is; infinity if it is not met.
+fn intersect(triangle: &Triangle, ray: &Ray) -> f32 {
+    let normal = (triangle.v1 - triangle.v0).cross(triangle.v2 - triangle.v0);
+    let t = (triangle.v0 - ray.origin).dot(normal) / ray.direction.dot(normal);
+    // Not where a ray runs in its plane, either.
+    if !(t >= ray.tmin && t <= ray.tmax) {
+        return f32::INFINITY;
+    }
+    let weights = barycentric(triangle, ray.origin + t * ray.direction);
+    if weights.min_element() >= -EDGE {
+        t
+    } else {
+        f32::INFINITY
+    }
+}
 
 /// Weights of a triangle's corners at a point in its plane.
 fn barycentric(triangle: &Triangle, point: Vec3A) -> Vec3 {

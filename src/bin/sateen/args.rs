@@ -316,7 +316,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
     pub(crate) light_elevation_deg: f64,
     /// The direction to the light instead, or those to several of the same strength: x right, y up, z to the viewer, of any length
-    /// [default for what hangs: three, before it to the left, beside it to the right, and above].
+    /// [default for what hangs: three, before it to the left, beside it to the right, and a weak one from the viewer].
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, conflicts_with_all = ["light_deg", "light_elevation_deg"])]
     pub(crate) light: Vec<Direction>,
     /// Stops by which a PNG is brighter.

@@ -316,11 +316,11 @@ fn evaluator_name(evaluator: Evaluator) -> String {
 /// Width over height of what hangs, and how far the view of it is from above, radians.
 const ASPECT: f64 = 1.0;
 const FROM_ABOVE: f64 = 0.12;
-/// What lights it, unless told otherwise: a light before it to the left, one beside it to the right, and one above.
+/// What lights it, unless told otherwise: a light before it to the left, one beside it to the right, and a weak one from where it is seen.
 const LIGHTS: [([f64; 3], f64); 3] = [
-    ([-0.48, 0.36, 0.8], 0.9),
-    ([0.936, 0.0, 0.352], 0.5),
-    ([0.0, 0.96, 0.28], 0.4),
+    ([-0.48, 0.36, 0.8], 0.8),
+    ([0.936, 0.0, 0.352], 0.4),
+    ([0.0, 0.28, 0.96], 0.3),
 ];
 
 fn scene(args: &RenderArgs) -> Result<Box<dyn Scene>> {
