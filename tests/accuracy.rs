@@ -68,7 +68,12 @@ fn keep_their_promise(
             && bytes.0 <= room * promise.decoded_bytes
             && bytes.1 <= room * promise.file_bytes;
         let grown = |now: f64, then: f64| now > GROWTH * then + EXACT;
-        let (mean, p99) = recorded[entry.name];
+        let (mean, p99) = match recorded.get(entry.name) {
+            Some(errors) => *errors,
+            // Fine tables of curves, which take a quarter of an hour each, are only held to the promise.
+            None if preset == Preset::Fine => (f64::INFINITY, f64::INFINITY),
+            None => panic!("scripts/baseline.py has not recorded {}", entry.name),
+        };
         if !kept || grown(error.all.mean, mean) || grown(error.all.p99, p99) {
             let percent = |x: f64| format!("{:.3} %", 100.0 * x);
             let now = [error.all.mean, error.all.p99, error.grazing.p99].map(percent);
