@@ -300,7 +300,7 @@ fn bad_input_is_explained() {
         ("flipped.sateen", "checksum of the header"),
         (
             "newer.sateen",
-            "format version 9.0, but this sateen reads 2.1",
+            "format version 9.0, but this sateen reads 2.2",
         ),
         ("missing.sateen", "No such file"),
     ] {
