@@ -74,6 +74,11 @@ fn fabrics_lists_the_library() {
     tshirt-black-back                weft        Black T-shirt, back
     faux-suede                       weft        Faux suede
     corduroy                         warp+weft   Corduroy
+    weft-knit                        left-leg+right-leg+arcs  Weft knit, three directions
+    weft-knit-curve                  yarn        Weft knit, continuous curve
+    warp-knit                        yarn        Warp knit
+    felt                             fibres      Felt
+    velvet-spread                    warp+weft   Velvet, pile directions spread
     ");
     let json = sateen()
         .args(["fabrics", "--json"])
