@@ -26,8 +26,14 @@ struct Promise {
 
 /// Four times the bytes keep the promise for it, and the tool takes them: a pile in many directions, each as sharp as velvet.
 const STIFF: &str = "velvet-spread";
-/// Their standard tables take a minute each.
-const SLOW: [&str; 3] = ["weft-knit-curve", "warp-knit", STIFF];
+/// Their draft tables take half a minute each, their standard tables and …
+const SLOW: [&str; 2] = ["warp-knit", STIFF];
+/// … those of this one more than a minute.
+const SLOW_AS_STANDARD: &str = "weft-knit-curve";
+
+fn is_slow(name: &str) -> bool {
+    SLOW.contains(&name) || name == SLOW_AS_STANDARD
+}
 
 fn keep_their_promise(
     preset: Preset,
@@ -62,7 +68,12 @@ fn keep_their_promise(
             && bytes.0 <= room * promise.decoded_bytes
             && bytes.1 <= room * promise.file_bytes;
         let grown = |now: f64, then: f64| now > GROWTH * then + EXACT;
-        let (mean, p99) = recorded[entry.name];
+        let (mean, p99) = match recorded.get(entry.name) {
+            Some(errors) => *errors,
+            // Fine tables of curves, which take a quarter of an hour each, are only held to the promise.
+            None if preset == Preset::Fine => (f64::INFINITY, f64::INFINITY),
+            None => panic!("scripts/baseline.py has not recorded {}", entry.name),
+        };
         if !kept || grown(error.all.mean, mean) || grown(error.all.p99, p99) {
             let percent = |x: f64| format!("{:.3} %", 100.0 * x);
             let now = [error.all.mean, error.all.p99, error.grazing.p99].map(percent);
@@ -92,16 +103,18 @@ fn baseline(preset: &str) -> BTreeMap<&'static str, (f64, f64)> {
         .collect()
 }
 
+/// What draft tables promise.
+const DRAFT: Promise = Promise {
+    mean: 0.015,
+    p99: 0.10,
+    grazing_p99: f64::INFINITY,
+    decoded_bytes: 512 << 10,
+    file_bytes: 256 << 10,
+};
+
 #[test]
-fn draft_tables_of_the_whole_library_keep_their_promise() {
-    let promise = Promise {
-        mean: 0.015,
-        p99: 0.10,
-        grazing_p99: f64::INFINITY,
-        decoded_bytes: 512 << 10,
-        file_bytes: 256 << 10,
-    };
-    keep_their_promise(Preset::Draft, "draft", &promise, |_| true);
+fn draft_tables_keep_their_promise() {
+    keep_their_promise(Preset::Draft, "draft", &DRAFT, |name| !SLOW.contains(&name));
 }
 
 /// What standard tables promise.
@@ -116,16 +129,15 @@ const STANDARD: Promise = Promise {
 #[test]
 fn standard_tables_keep_their_promise() {
     keep_their_promise(Preset::Standard, "standard", &STANDARD, |name| {
-        !SLOW.contains(&name)
+        !is_slow(name)
     });
 }
 
 #[test]
 #[ignore = "bakes for several minutes"]
-fn standard_tables_of_curves_keep_their_promise() {
-    keep_their_promise(Preset::Standard, "standard", &STANDARD, |name| {
-        SLOW.contains(&name)
-    });
+fn tables_of_curves_keep_their_promise() {
+    keep_their_promise(Preset::Draft, "draft", &DRAFT, |name| SLOW.contains(&name));
+    keep_their_promise(Preset::Standard, "standard", &STANDARD, is_slow);
 }
 
 #[test]

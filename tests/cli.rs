@@ -74,6 +74,11 @@ fn fabrics_lists_the_library() {
     tshirt-black-back                weft        Black T-shirt, back
     faux-suede                       weft        Faux suede
     corduroy                         warp+weft   Corduroy
+    weft-knit                        left-leg+right-leg+arcs  Weft knit, three directions
+    weft-knit-curve                  yarn        Weft knit, continuous curve
+    warp-knit                        yarn        Warp knit
+    felt                             fibres      Felt
+    velvet-spread                    warp+weft   Velvet, pile directions spread
     ");
     let json = sateen()
         .args(["fabrics", "--json"])
@@ -300,7 +305,7 @@ fn bad_input_is_explained() {
         ("flipped.sateen", "checksum of the header"),
         (
             "newer.sateen",
-            "format version 9.0, but this sateen reads 2.1",
+            "format version 9.0, but this sateen reads 2.2",
         ),
         ("missing.sateen", "No such file"),
     ] {

@@ -89,8 +89,9 @@ fn a_fit_with_a_lobe_is_no_worse_than_one_without() {
                 let residuals = data.relative_residuals(&values);
                 residuals.iter().map(|x| x * x).sum::<f64>()
             });
+        // No parameter starts quite at the end of its range, so that a lobe of nothing has 1e-8 left.
         assert!(
-            torrance_sparrow <= lambert,
+            torrance_sparrow <= (1.0 + 1e-6) * lambert,
             "{name}: {torrance_sparrow} {lambert}"
         );
     }

@@ -214,10 +214,8 @@ fn choose_all(
     progress: Progress<'_>,
 ) -> Result<(Vec<Option<Representation>>, Vec<Choice>), Cancelled> {
     let max_coefficients = settings.max_bytes / (CHANNELS * settings.encoding.bytes());
-    let needs_more =
-        |thread: &Thread| !thread.is_straight() || !thread.tangents::<f64>().segments().is_empty();
     let mut open: Vec<usize> = (0..threads.len())
-        .filter(|index| needs_more(threads[*index]))
+        .filter(|index| !threads[*index].has_closed_form())
         .collect();
     let mut chosen: Vec<Option<(Representation, Option<Choice>)>> =
         threads.iter().map(|_| None).collect();

@@ -81,6 +81,11 @@ impl Thread {
         directions.all(|next| Some(next) == first)
     }
 
+    /// Whether it is straight and of single tilts alone, whose closed form is exact.
+    pub fn has_closed_form(&self) -> bool {
+        self.is_straight() && self.tangents::<f64>().segments().is_empty()
+    }
+
     /// Its direction, or the mean along the curve, radians.
     pub fn direction(&self) -> f64 {
         if self.is_straight() {

@@ -3,6 +3,8 @@
 //! S_j and V_j are means over the tangents of thread j of the closed forms in [`crate::brdf`], which also has their sum
 //! over threads ([`Weave`]). Published parameters make the model neither reciprocal nor energy conserving.
 
+use std::collections::BTreeMap;
+
 use super::{AdaptiveMean, Model, gauss_legendre};
 use crate::brdf::{
     Components, Optics, PlacedNodes, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair,
@@ -160,12 +162,13 @@ impl<R: Real> Sadeghi<R> {
 /// That many midpoints along the curve, sorted by their direction.
 fn midpoints<R: Real>(thread: &fabric::Thread, count: u32) -> Vec<Part<R>> {
     let mut sorted: Vec<(f64, Vec<[R; 2]>)> = Vec::new();
+    let mut places = BTreeMap::new();
     for [tilt, direction] in thread.midpoints(count) {
-        let tilt = [R::of(tilt.cos()), R::of(tilt.sin())];
-        match sorted.iter_mut().find(|(same, _)| *same == direction) {
-            Some((_, tilts)) => tilts.push(tilt),
-            None => sorted.push((direction, vec![tilt])),
+        let place = *places.entry(direction.to_bits()).or_insert(sorted.len());
+        if place == sorted.len() {
+            sorted.push((direction, Vec::new()));
         }
+        sorted[place].1.push([R::of(tilt.cos()), R::of(tilt.sin())]);
     }
     let part = |(direction, tilts): (f64, Vec<[R; 2]>)| Part {
         frame: ThreadFrame::new(direction),

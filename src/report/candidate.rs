@@ -125,9 +125,7 @@ pub(super) fn of_fabric(
     }
 
     let mut bakes = bakes(options);
-    let has_grid =
-        |thread: &Thread| !thread.is_straight() || !thread.tangents::<f64>().segments().is_empty();
-    if !fabric.visible_threads().any(has_grid) {
+    if fabric.visible_threads().all(Thread::has_closed_form) {
         // All tables are the same: closed forms and no samples.
         bakes.truncate(1);
     }
