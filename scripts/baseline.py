@@ -3,7 +3,7 @@
 
     scripts/baseline.py [PRESET…] [FABRIC…]     default: draft standard fine, of all fabrics; other rows stay as they are
 
-Errors and sizes are the same everywhere; tests/accuracy.rs fails when an error has grown. Times are a record of the
+Errors, sizes and differences of pictures are the same everywhere; tests/accuracy.rs fails when an error has grown. Times are a record of the
 machine that the script ran on, in batches and one pair at a time, and tested by nothing.
 """
 import csv
@@ -16,7 +16,8 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUTPUT = ROOT / "tables" / "baseline.csv"
-COLUMNS = "fabric preset mean p99 max grazing_p99 decoded_bytes file_bytes ns speedup ns_scalar speedup_scalar".split()
+COLUMNS = "fabric preset mean p99 max grazing_p99 decoded_bytes file_bytes ns speedup ns_scalar speedup_scalar sphere_flip sphere_error cylinders_flip cylinders_error".split()
+LOOKS = COLUMNS[-4:]
 PRESETS = ["draft", "standard", "fine"]
 
 
@@ -33,16 +34,18 @@ def rows(tool, preset, fabrics, folder):
     bakes = json.loads(sateen("bake", *(fabrics or ["--all"]), "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))
     report = f"{folder}/report-{preset}"
     sateen("report", *fabrics, "--presets", preset, "--no-sweep", "--no-fits", "--pairs", "4096", "-o", report)
-    times = {}
+    times, looks = {}, {}
     for row in csv.DictReader(open(f"{report}/report.csv")):
         times[row["fabric"], row["evaluator"], row["batch"]] = row["ns"], row["speedup"]
+        looks[row["fabric"], row["evaluator"]] = [row[c] and f"{float(row[c]):.6f}" for c in LOOKS]
     for bake in bakes:
         fabric, error = bake["fabric"], bake["error"]
         ns, speedup = times[fabric, f"table:{preset}", "true"]
         ns_scalar, speedup_scalar = times[fabric, f"table:{preset}", "false"]
         numbers = [error["all"]["mean"], error["all"]["p99"], error["all"]["max"], error["grazing"]["p99"]]
         sizes = [bake["decoded_bytes"], bake["file_bytes"]]
-        yield [fabric, preset, *(f"{number:.6f}" for number in numbers), *sizes, ns, speedup, ns_scalar, speedup_scalar]
+        yield [fabric, preset, *(f"{number:.6f}" for number in numbers), *sizes, ns, speedup, ns_scalar, speedup_scalar,
+               *looks[fabric, f"table:{preset}"]]
 
 
 def main():
@@ -50,7 +53,7 @@ def main():
     fabrics = [argument for argument in sys.argv[1:] if argument not in PRESETS]
     table = {}
     if OUTPUT.exists():
-        table = {(row["fabric"], row["preset"]): [row[c] for c in COLUMNS] for row in csv.DictReader(open(OUTPUT))}
+        table = {(row["fabric"], row["preset"]): [row.get(c, "") for c in COLUMNS] for row in csv.DictReader(open(OUTPUT))}
     with tempfile.TemporaryDirectory() as folder:
         tool = build(folder)
         for preset in presets:

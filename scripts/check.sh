@@ -11,7 +11,7 @@ for component in rustfmt clippy; do
     cargo "${component/rustfmt/fmt}" --version >/dev/null 2>&1 || rustup component add "$component"
 done
 cargo fmt --check
-for layer in libm std zstd bake report render cli; do
+for layer in libm std zstd bake render report cli; do
     echo "layer $layer"
     cargo check --locked --quiet --lib --bins --no-default-features --features "$layer"
 done
@@ -50,5 +50,5 @@ names_none_of "src/model" chart table lookup metrics fit bake progress report st
 names_none_of "src/metrics" fit bake report stress render
 names_none_of "src/fit" chart table lookup bake report stress render
 names_none_of "src/bake" fit report stress render
-names_none_of "src/report" stress render
 names_none_of "src/render" bake fit report stress
+names_none_of "src/report" stress

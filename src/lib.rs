@@ -32,7 +32,8 @@
 //! # Modules
 //!
 //! Each names only those before it: [`math`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
-//! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`], which also use the former; [`model`], [`pattern`] and [`lookup`] ← [`render`]. The tool uses only what is public here.
+//! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
+//! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]. The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -41,8 +42,8 @@
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
 //! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
+//! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
-//! | `render` | [`render`](mod@render): pictures of cloth on cylinders and a sphere, as PNG and EXR, and how far two of them look apart |
 //! | `cli` | the tool; the default |
 //!
 //! The core without features is `no_std` and needs `alloc`.

@@ -42,7 +42,7 @@ fn library(name: &str) -> Fabric {
 }
 
 fn direct(fabric: &Fabric) -> Cloth {
-    Cloth::Direct(Box::new(Sadeghi::new(fabric, RULE)))
+    Cloth::direct(Sadeghi::new(fabric, RULE))
 }
 
 /// Curves of the vertical, the horizontal and the diagonal cylinder.
@@ -134,7 +134,7 @@ fn an_interrupt_ends_a_picture_soon_and_leaves_nothing() {
 #[test]
 fn lambert_is_a_cosine() {
     let lambert = || {
-        Cloth::Other(Box::new(Lambert {
+        Cloth::other(Box::new(Lambert {
             albedo: [1.0, 0.5, 0.25],
         }))
     };
@@ -515,7 +515,7 @@ fn mistakes_say_what_to_do_and_leave_nothing() {
         "/tables/patterns/polka-dot-lining.toml"
     );
     let cases: [(&[&str], i32, &str); 14] = [
-        (&["cube", "denim"], 2, "possible values: cylinders, sphere"),
+        (&["cube", "denim"], 2, "unrecognized subcommand"),
         (&["sphere", "denin"], 1, "did you mean denim?"),
         (&["sphere", "denim", "--float"], 2, "--float is for EXR"),
         (&["sphere", "denim", "--json"], 2, "--compare"),
@@ -706,7 +706,7 @@ fn irawan_has_at_most_two_highlights_along_and_across() {
         let mut models = fabric.models.clone();
         models.irawan = Some(irawan_of(&fabric));
         let model = ModelKind::Irawan.prepare(&models).unwrap().unwrap();
-        let [vertical, horizontal, diagonal] = curves_of(&Cloth::Other(model));
+        let [vertical, horizontal, diagonal] = curves_of(&Cloth::other(model));
         for curve in [&vertical, &horizontal] {
             let highlights = highlights(curve);
             assert!(highlights.len() <= 2, "{name}: {highlights:?}");

@@ -107,7 +107,27 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
                 "{column}: {cell} {number}"
             );
         }
-        assert_eq!(row.len(), 20, "every column is looked at");
+        for (column, scene, number) in [
+            ("sphere_flip", "sphere", "flip"),
+            ("sphere_error", "sphere", "error"),
+            ("cylinders_flip", "cylinders", "flip"),
+            ("cylinders_error", "cylinders", "error"),
+        ] {
+            // Of tables and fits.
+            let is_seen = json["family"] == "table" || json["family"] == "fit";
+            let number = json["looks"][scene][number].as_f64();
+            assert_eq!(number.is_some(), is_seen);
+            let cell: Option<f64> = row[column].parse().ok();
+            let apart = cell.zip(number).map(|(cell, number)| (cell - number).abs());
+            assert_eq!(cell.is_some(), is_seen);
+            assert!(apart.is_none_or(|apart| apart < 1e-15), "{column}");
+            let is_table = json["family"] == "table";
+            assert!(
+                number.is_none_or(|x| x >= 0.0 && (x < 0.03 || !is_table)),
+                "{column}"
+            );
+        }
+        assert_eq!(row.len(), 24, "every column is looked at");
         // Of a fit how much it reflects, which for the others is what the fabric does.
         let is_fit = json["family"] == "fit";
         let views = json["reflectance"]["views"].as_array();

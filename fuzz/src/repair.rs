@@ -3,9 +3,9 @@
 //! `src/table/FORMAT.md` says what is where.
 
 const MAGIC: &[u8] = b"\x89SATEEN\n\x02\0";
-/// The minor version, of which there are three.
+/// The minor version, of which there are four.
 const MINOR: usize = 10;
-const MINORS: u8 = 3;
+const MINORS: u8 = 4;
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const HEADER_LENGTH: usize = 12;
 const HEADER_CRC: usize = 16;

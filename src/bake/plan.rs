@@ -59,6 +59,7 @@ pub(super) fn plan_axes(
     }: Aim,
     progress: Progress<'_>,
 ) -> Result<Plan, Cancelled> {
+    let integrand = &integrand.at_first_sight();
     let coordinates = integrand.coordinates();
     let rank = coordinates.rank();
     let frame = thread.frame::<f64>();

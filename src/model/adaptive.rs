@@ -62,13 +62,18 @@ impl Piece {
 /// `known` and the integral of `integrand` over all `pieces`.
 ///
 /// `tolerance` is relative to both parts of the sum; either is let off with a thousandth of it relative to the other, since
-/// they are only ever used as a sum.
+/// they are only ever used as a sum. With an infinite one the first look has to do: Gauss–Legendre on whole pieces.
 pub(super) fn integrate(
     known: Response<f64>,
     pieces: impl Iterator<Item = Piece>,
     integrand: impl Fn(f64) -> Response<f64>,
     tolerance: f64,
 ) -> Response<f64> {
+    if tolerance == f64::INFINITY {
+        return pieces.fold(known, |sum, Piece { from, to, density }| {
+            sum.plus(1.0, gauss(from, to, density, &integrand))
+        });
+    }
     let panel = |Piece { from, to, density }| {
         let whole = gauss(from, to, density, &integrand);
         Panel::new(from, to, density, whole, &integrand)

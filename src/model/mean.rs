@@ -32,7 +32,8 @@ pub struct AdaptiveMean {
     optics: Optics<f64>,
     sigma_u: f64,
     reweighting: Reweighting,
-    tolerance: f64,
+    /// Relative, of every mean; infinite where a first look is enough.
+    pub tolerance: f64,
 }
 
 #[derive(Debug, Clone)]

@@ -1,6 +1,7 @@
 //! What is wrapped around: ρ at many points of a surface.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::{Light, Place, radiance};
 use crate::lookup::Quantity;
@@ -9,16 +10,16 @@ use crate::model::{Model, Sadeghi};
 use crate::pattern::Pattern;
 use crate::table::Table;
 
+/// ρ of pairs: wi, wr, and where r, g and b go, all of the same length.
+pub type Evaluate = dyn Fn([&[f32]; 3], [&[f32]; 3], [&mut [f32]; 3]) + Send + Sync;
+
 /// A cloth and a way to evaluate it.
+#[derive(Clone)]
 pub enum Cloth {
-    /// A table, and the albedos to use it with, as [`Table::eval_cos_with`] takes them: none are the table's own.
-    Table(Box<Table>, Vec<[f32; 3]>),
-    /// The microcylinder model by direct integration.
-    Direct(Box<Sadeghi<f32>>),
-    /// Any other model.
-    Other(Box<dyn Model<f32> + Send>),
+    /// The same everywhere.
+    Even(Arc<Evaluate>),
     /// A pattern, and a swatch for each of [`Pattern::bakes`].
-    Pattern(Box<Pattern>, Vec<Swatch>),
+    Pattern(Arc<Pattern>, Arc<[Swatch]>),
 }
 
 /// A fabric of a pattern, which dyes it.
@@ -30,10 +31,34 @@ pub enum Swatch {
 }
 
 impl Cloth {
+    /// A table, and the albedos to use it with, as [`Table::eval_cos_with`] takes them: none are the table's own.
+    pub fn table(table: Table, albedos: Vec<[f32; 3]>) -> Self {
+        Self::Even(Arc::new(move |wi, wr, rho| {
+            lookup(&table, &albedos, wi, wr, rho);
+        }))
+    }
+
+    /// The microcylinder model by direct integration.
+    pub fn direct(model: Sadeghi<f32>) -> Self {
+        Self::Even(Arc::new(move |wi, wr, rho| {
+            model.eval_cos_batch(wi, wr, rho);
+        }))
+    }
+
+    /// Any other model.
+    pub fn other(model: Box<dyn Model<f32> + Send>) -> Self {
+        Self::Even(Arc::new(move |wi, wr, rho| {
+            let [r, g, b] = rho;
+            for (index, ((r, g), b)) in r.iter_mut().zip(g).zip(b).enumerate() {
+                [*r, *g, *b] = model.eval_cos(wi.map(|w| w[index]), wr.map(|w| w[index]));
+            }
+        }))
+    }
+
     /// How far it is until the cloth repeats, in the unit of its u and v; `None` if it is the same everywhere.
     pub fn period(&self) -> Option<f64> {
         match self {
-            Self::Table(..) | Self::Direct(_) | Self::Other(_) => None,
+            Self::Even(_) => None,
             Self::Pattern(pattern, _) => pattern.period(),
         }
     }
@@ -84,18 +109,11 @@ impl<'a> Points<'a> {
         let of_rho = |rho| radiance(rho, self.light.strength);
         let mut rho = [(); 3].map(|()| vec![0.0; count]);
         match self.cloth {
-            Cloth::Table(table, albedos) => lookup(table, albedos, &self.wi, &self.wr, &mut rho),
-            Cloth::Direct(model) => model.eval_cos_batch(
+            Cloth::Even(evaluate) => evaluate(
                 self.wi.each_ref().map(Vec::as_slice),
                 self.wr.each_ref().map(Vec::as_slice),
                 rho.each_mut().map(Vec::as_mut_slice),
             ),
-            Cloth::Other(model) => {
-                for index in 0..count {
-                    let [wi, wr] = self.pair(index);
-                    set(&mut rho, index, model.eval_cos(wi, wr));
-                }
-            }
             Cloth::Pattern(pattern, swatches) => self.printed(pattern, swatches, &mut rho),
         }
         let [r, g, b] = &rho;
@@ -119,9 +137,16 @@ impl<'a> Points<'a> {
             match &swatches[bake] {
                 Swatch::Table(table) => {
                     let some = |all: &Vec<f32>| indices.iter().map(|index| all[*index]).collect();
+                    let [wi, wr]: [[Vec<f32>; 3]; 2] =
+                        [&self.wi, &self.wr].map(|w| w.each_ref().map(some));
                     let mut found = [(); 3].map(|()| vec![0.0; indices.len()]);
-                    let (wi, wr) = (self.wi.each_ref().map(some), self.wr.each_ref().map(some));
-                    lookup(table, &albedos, &wi, &wr, &mut found);
+                    lookup(
+                        table,
+                        &albedos,
+                        wi.each_ref().map(Vec::as_slice),
+                        wr.each_ref().map(Vec::as_slice),
+                        found.each_mut().map(Vec::as_mut_slice),
+                    );
                     let [r, g, b] = found;
                     for (k, index) in indices.into_iter().enumerate() {
                         set(rho, index, [r[k], g[k], b[k]]);
@@ -152,16 +177,9 @@ fn set(colours: &mut [Vec<f32>; 3], index: usize, colour: [f32; 3]) {
 fn lookup(
     table: &Table,
     albedos: &[[f32; 3]],
-    wi: &[Vec<f32>; 3],
-    wr: &[Vec<f32>; 3],
-    rho: &mut [Vec<f32>; 3],
+    wi: [&[f32]; 3],
+    wr: [&[f32]; 3],
+    rho: [&mut [f32]; 3],
 ) {
-    table.eval_batch_at(
-        Level::detect(),
-        albedos,
-        Quantity::Rho,
-        wi.each_ref().map(Vec::as_slice),
-        wr.each_ref().map(Vec::as_slice),
-        rho.each_mut().map(Vec::as_mut_slice),
-    );
+    table.eval_batch_at(Level::detect(), albedos, Quantity::Rho, wi, wr, rho);
 }

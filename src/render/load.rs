@@ -8,12 +8,15 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{DVec3, Mat4, Vec2, Vec3};
 
 use super::mesh::Mesh;
 
 /// The most bytes of a file.
 pub const MAX_MESH_BYTES: u64 = 1 << 30;
+
+/// The largest coordinate.
+const MAX_COORDINATE: f32 = 1e30;
 
 /// Why a file is no mesh that cloth can lie on.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +47,9 @@ pub enum MeshError {
     /// A number is not finite, or an index beyond the vertices.
     #[error("{0} has a vertex that is no number, or an index beyond its vertices")]
     Broken(PathBuf),
+    /// A coordinate is beyond what can be added up.
+    #[error("{0} is too large: its coordinates go beyond 1e30")]
+    TooWide(PathBuf),
 }
 
 /// Reads all triangles of an OBJ, glTF or GLB file, in the places that the file's nodes put them.
@@ -70,6 +76,10 @@ pub fn load_mesh(path: &Path) -> Result<Mesh, MeshError> {
     }
     if !corners.iter().all(Corner::is_finite) {
         return Err(MeshError::Broken(of()));
+    }
+    let widest = |corner: &Corner| corner.position.abs().max_element();
+    if corners.iter().any(|corner| widest(corner) > MAX_COORDINATE) {
+        return Err(MeshError::TooWide(of()));
     }
     Ok(to_mesh(Corners(corners)))
 }
@@ -196,8 +206,8 @@ struct Corners(Vec<Corner>);
 
 fn to_mesh(mut corners: Corners) -> Mesh {
     for triangle in corners.0.as_chunks_mut::<3>().0 {
-        let [a, b, c] = triangle.each_ref().map(|corner| corner.position);
-        let flat = (b - a).cross(c - a).normalize_or(Vec3::Z);
+        let [a, b, c] = triangle.each_ref().map(|corner| corner.position.as_dvec3());
+        let flat = (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3();
         for corner in triangle {
             let normal = corner.normal.unwrap_or(flat);
             corner.normal = Some(normal.normalize_or(flat));

@@ -101,7 +101,7 @@ impl Drape {
         }
         let low = mesh.positions.iter().copied().reduce(Vec3::min)?;
         let high = mesh.positions.iter().copied().reduce(Vec3::max)?;
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let (middle, half) = (0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low);
         let scale = MARGIN
             * (aspect as f32 / half.x.max(f32::MIN_POSITIVE))
                 .min(1.0 / half.y.max(f32::MIN_POSITIVE));
@@ -159,8 +159,8 @@ impl Scene for Drape {
         let position = from + distance * Vec3A::NEG_Z;
         let weights = barycentric(&self.triangles[index], position);
         let normal = mix(corners.map(|k| self.mesh.normals[k]), weights).normalize_or(Vec3::Z);
-        // Seen from behind, cloth is the same with its weft the other way.
-        let normal = if normal.z < 0.0 { -normal } else { normal };
+        let flat = Vec3::from(self.triangles[index].compute_normal());
+        let normal = towards_viewer(normal, flat);
         let warp = mix(corners.map(|k| self.mesh.warps[k]), weights);
         let warp = (warp - warp.dot(normal) * normal).normalize_or(normal.any_orthonormal_vector());
         let uv = corners.map(|k| self.mesh.uvs[k].extend(0.0));
@@ -222,6 +222,21 @@ fn barycentric(triangle: &Triangle, point: Vec3A) -> Vec3 {
     let v = to.cross(b).dot(normal) / area;
     let w = a.cross(to).dot(normal) / area;
     Vec3::new(1.0 - v - w, v, w)
+}
+
+/// The least height of a smooth normal over the picture's plane where the triangle is seen.
+const GRAZING: f32 = 1e-2;
+
+/// The normal that is seen. From behind, cloth is the same with its weft the other way; whether it is seen from behind the
+/// triangle says, since near an outline a smooth normal may look away where the triangle does not.
+fn towards_viewer(normal: Vec3, flat: Vec3) -> Vec3 {
+    let is_behind = (flat.z < 0.0) == (flat.dot(normal) > 0.0);
+    let normal = if is_behind { -normal } else { normal };
+    if normal.z < GRAZING {
+        normal.with_z(GRAZING).normalize()
+    } else {
+        normal
+    }
 }
 
 fn mix(values: [Vec3; 3], weights: Vec3) -> Vec3 {

@@ -14,6 +14,7 @@ use crate::fit::{FitError, fit};
 use crate::metrics::{Pairs, Reflectance};
 use crate::model::{Model, ModelKind, Rule, Sadeghi, sweep_parts};
 use crate::progress::Progress;
+use crate::render::Evaluate;
 use crate::table::{Encoding, Table};
 
 /// The evaluator that all times are compared to: the rule of the thesis, one pair at a time.
@@ -34,9 +35,6 @@ pub enum Family {
     Fit,
 }
 
-/// Evaluates pairs: wi, wr, and where r, g and b of ρ go, all of the same length.
-type Eval = dyn Fn([&[f32]; 3], [&[f32]; 3], [&mut [f32]; 3]) + Send + Sync;
-
 /// A way to evaluate a fabric.
 pub struct Candidate {
     /// What the tool calls it: `midpoint:4`, `table:standard`.
@@ -51,7 +49,7 @@ pub struct Candidate {
     pub file_bytes: usize,
     /// How much it reflects, if that is not what the fabric does.
     pub reflectance: Option<Reflectance>,
-    eval: Box<Eval>,
+    pub(super) evaluate: Arc<Evaluate>,
 }
 
 impl Candidate {
@@ -89,13 +87,13 @@ impl Candidate {
             decoded_bytes,
             file_bytes,
             reflectance: None,
-            eval: Box::new(eval_cos),
+            evaluate: Arc::new(eval_cos),
         }
     }
 
     /// Evaluates all `pairs` into the first elements of `rho`.
     pub(super) fn eval(&self, pairs: &Pairs, rho: &mut [Vec<f32>; 3]) {
-        (self.eval)(
+        (self.evaluate)(
             pairs.lights(),
             pairs.viewers(),
             rho.each_mut().map(|rho| &mut rho[..pairs.count()]),

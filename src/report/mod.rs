@@ -7,6 +7,7 @@
 mod candidate;
 mod front;
 mod heat;
+mod look;
 mod machine;
 pub(crate) mod page;
 pub(crate) mod plot;
@@ -18,6 +19,7 @@ pub(crate) use candidate::preset_name;
 pub use candidate::{Candidate, Family, THESIS};
 pub use front::pareto_front;
 pub use heat::{Axis, HeatMap};
+pub use look::{Look, Looks};
 pub use machine::Machine;
 
 use rayon::prelude::*;
@@ -54,6 +56,8 @@ pub struct Options {
     pub seed: u64,
     /// Rounds of timing.
     pub rounds: usize,
+    /// Rows of the pictures that are compared.
+    pub picture_size: usize,
 }
 
 impl Default for Options {
@@ -73,6 +77,7 @@ impl Default for Options {
             pairs: DEFAULT_PAIRS,
             seed: VALIDATION_SEED,
             rounds: 9,
+            picture_size: 256,
         }
     }
 }
@@ -90,6 +95,7 @@ impl Options {
             fits: ModelKind::ALL[..3].to_vec(),
             pairs: 512,
             rounds: 1,
+            picture_size: 96,
             ..Self::default()
         }
     }
@@ -108,6 +114,8 @@ pub struct Report {
     pub seed: u64,
     /// Rounds of timing.
     pub rounds: usize,
+    /// Rows of the pictures that were compared.
+    pub picture_size: usize,
     /// The fabrics.
     pub fabrics: Vec<FabricReport>,
 }
@@ -149,6 +157,9 @@ pub struct Measurement {
     /// How much it reflects, if it is another model's fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reflectance: Option<Reflectance>,
+    /// How far its pictures are from those of direct integration, of tables and fits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub looks: Option<Looks>,
 }
 
 impl Report {
@@ -160,6 +171,7 @@ impl Report {
             pairs: options.pairs,
             seed: options.seed,
             rounds: options.rounds,
+            picture_size: options.picture_size,
             fabrics: Vec::new(),
         }
     }
@@ -211,7 +223,7 @@ pub fn measure(
     progress: Progress<'_>,
 ) -> Result<FabricReport, ReportError> {
     let truth = Truth::new(fabric, options.pairs, options.seed, progress.part(0.0, 0.1))?;
-    let candidates = candidate::of_fabric(fabric, options, progress.part(0.1, 0.8))?;
+    let candidates = candidate::of_fabric(fabric, options, progress.part(0.1, 0.75))?;
 
     let pairs = Pairs::new(truth.pairs());
     let steps = progress.part(0.8, 0.85).steps(candidates.len());
@@ -226,6 +238,15 @@ pub fn measure(
                 .map(|()| (0..pairs.count()).map(value).collect())
         })
         .collect::<Result<_, Cancelled>>()?;
+
+    let truths = look::Truths::new(fabric, options.picture_size, progress.part(0.75, 0.8))?;
+    let looks = candidates
+        .iter()
+        .map(|candidate| match candidate.family {
+            Family::Table | Family::Fit => truths.looks(candidate).map(Some),
+            Family::Midpoint | Family::Quadrature => Ok(None),
+        })
+        .collect::<Result<Vec<Option<Looks>>, Cancelled>>()?;
 
     let timed = timing::timed_pairs(truth.pairs(), options.seed);
     let times = timing::interleaved(
@@ -261,6 +282,7 @@ pub fn measure(
             decoded_bytes: candidate.decoded_bytes,
             file_bytes: candidate.file_bytes,
             reflectance: candidate.reflectance.clone(),
+            looks: looks[index],
         });
     }
     if let Some(table) = report.headline().filter(|table| !table.is_exact()) {

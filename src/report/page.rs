@@ -27,6 +27,11 @@ pub(super) fn html(report: &Report) -> String {
             "the same rounds, one pair at a time. Times of other machines differ, ratios less so."
         }
         p {
+            "Pictures of tables and fits are compared to direct integration on a sphere and on three cylinders, "
+            (report.picture_size) " pixels high and lit from the camera: the mean relative error of their pixels, and FLIP, the "
+            "difference that the eye sees when one replaces the other, from 0 to 1."
+        }
+        p {
             "Measured by " (report.tool) " on " (machine.cpu)
             @if !machine.instruction_sets.is_empty() { " (" (machine.instruction_sets.join(", ")) ")" }
             ". The numbers are in " code { "report.csv" } " and " code { "report.json" } " beside this page."
@@ -81,7 +86,7 @@ fn overview(report: &Report) -> Markup {
                 thead {
                     tr {
                         th { "fabric" } th { "table" } th { "mean" } th { "p99" } th { "grazing p99" } th { "time" } th { "×" }
-                        th { "memory" } th { "file" } th { "fastest below 0.5 %" }
+                        th { "memory" } th { "file" } th { "FLIP" } th { "fastest below 0.5 %" }
                     }
                 }
                 tbody {
@@ -97,12 +102,13 @@ fn overview(report: &Report) -> Markup {
                                 td { (number(table.speedup)) }
                                 td { (bytes(table.decoded_bytes)) }
                                 td { (bytes(table.file_bytes)) }
+                                td { (table.looks.map_or("–".to_owned(), |looks| number(looks.sphere.flip))) }
                                 @match fabric.fastest_good() {
                                     Some(best) => td { (short_name(best)) ", " (time(best.ns)) },
                                     None => td { "–" },
                                 }
                             } @else {
-                                td colspan="9" { "no table was measured" }
+                                td colspan="10" { "no table was measured" }
                             }
                         }
                     }
@@ -140,6 +146,7 @@ fn section(fabric: &FabricReport) -> Markup {
                             tr {
                                 th { "evaluator" } th { "mean" } th { "p50" } th { "p95" } th { "p99" } th { "p99.9" } th { "max" }
                                 th { "grazing p99" } th { "RMSE / mean" } th { "time" } th { "×" } th { "memory" } th { "file" }
+                                th { "sphere" } th { "FLIP" } th { "cylinders" } th { "FLIP" }
                             }
                         }
                         tbody {
@@ -156,6 +163,10 @@ fn section(fabric: &FabricReport) -> Markup {
                                     td { (number(evaluator.speedup)) }
                                     td { (bytes(evaluator.decoded_bytes)) }
                                     td { (bytes(evaluator.file_bytes)) }
+                                    @for look in evaluator.looks.iter().flat_map(|looks| [looks.sphere, looks.cylinders]) {
+                                        td { (percent(look.error)) }
+                                        td { (number(look.flip)) }
+                                    }
                                 }
                             }
                         }

@@ -26,6 +26,10 @@ struct Row<'a> {
     speedup: f64,
     decoded_bytes: usize,
     file_bytes: usize,
+    sphere_flip: Option<f64>,
+    sphere_error: Option<f64>,
+    cylinders_flip: Option<f64>,
+    cylinders_error: Option<f64>,
 }
 
 pub(super) fn csv(report: &Report) -> String {
@@ -33,6 +37,7 @@ pub(super) fn csv(report: &Report) -> String {
     for fabric in &report.fabrics {
         for evaluator in &fabric.evaluators {
             let (all, grazing) = (&evaluator.error.all, &evaluator.error.grazing);
+            let looks = evaluator.looks;
             let row = Row {
                 fabric: &fabric.fabric,
                 evaluator: &evaluator.evaluator,
@@ -54,6 +59,10 @@ pub(super) fn csv(report: &Report) -> String {
                 speedup: evaluator.speedup,
                 decoded_bytes: evaluator.decoded_bytes,
                 file_bytes: evaluator.file_bytes,
+                sphere_flip: looks.map(|looks| looks.sphere.flip),
+                sphere_error: looks.map(|looks| looks.sphere.error),
+                cylinders_flip: looks.map(|looks| looks.cylinders.flip),
+                cylinders_error: looks.map(|looks| looks.cylinders.error),
             };
             writer.serialize(row).expect("a row goes into memory");
         }

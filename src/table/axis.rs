@@ -135,6 +135,20 @@ impl Axis {
         self.depth
     }
 
+    /// Whether functions may bend at the knot ½.
+    pub fn has_kink(&self) -> bool {
+        self.kink.is_some()
+    }
+
+    /// Whether ½ is a knot at which functions could bend: an inner one.
+    pub fn has_middle(&self) -> bool {
+        let inner = 1..self.knots.len().max(1) - 1;
+        let unit = 1u32 << self.depth;
+        inner
+            .into_iter()
+            .any(|k| 2 * u32::from(self.knots[k]) == unit)
+    }
+
     /// How many coefficients there are.
     #[expect(clippy::len_without_is_empty, reason = "an axis is never empty")]
     pub fn len(&self) -> usize {

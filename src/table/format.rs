@@ -14,7 +14,7 @@ use crate::chart::{Chart, Coordinates};
 /// Major version of the format: readers refuse what they do not know.
 pub const MAJOR: u16 = 2;
 /// Minor version of the format.
-pub const MINOR: u16 = 2;
+pub const MINOR: u16 = 3;
 /// The most memory that samples and metadata of one file may take, whatever its header says.
 pub const MAX_DECODED_BYTES: u64 = 256 << 20;
 
@@ -624,7 +624,7 @@ impl Reader<'_> {
         let mut nodes = Vec::new();
         let grids = match self.u32()? {
             0 if segments.is_empty() && !is_curve => Grids::None,
-            1 if !segments.is_empty() => Grids::Segments(self.grid(&COORDINATES[..4])?),
+            1 if !segments.is_empty() => Grids::Segments(self.grid(&COORDINATES[..4], minor)?),
             2 if !segments.is_empty() => {
                 for _ in 0..self.count("number of nodes", 1..=MAX_DIRECT_NODES)? {
                     nodes.push([
@@ -635,8 +635,8 @@ impl Reader<'_> {
                 Grids::None
             }
             3 if is_curve => Grids::Curve {
-                response: self.grid(&COORDINATES[..9])?,
-                projection: self.grid(&COORDINATES)?,
+                response: self.grid(&COORDINATES[..9], minor)?,
+                projection: self.grid(&COORDINATES, minor)?,
             },
             _ => return Err(self.invalid("how segments are evaluated")),
         };
@@ -656,7 +656,7 @@ impl Reader<'_> {
     }
 
     /// A grid whose coordinates are among `known`.
-    fn grid(&mut self, known: &[Coordinates]) -> Result<GridHeader, Error> {
+    fn grid(&mut self, known: &[Coordinates], minor: u16) -> Result<GridHeader, Error> {
         let codes = [self.u8()?, self.u8()?];
         let coordinates = known.iter().copied().find(|known| code_of(*known) == codes);
         let coordinates = coordinates.ok_or(self.invalid("coordinates"))?;
@@ -677,10 +677,15 @@ impl Reader<'_> {
             }
         }
         let mut axes = Vec::new();
-        for (axis, has_kink) in coordinates.kinks().into_iter().enumerate() {
+        for (axis, implied) in implied_kinks(coordinates).into_iter().enumerate() {
             let count = self.u16()? as usize;
             let depth = self.u8()?;
-            self.zero(1)?;
+            let (has_kink, is_told) = match (minor, self.u8()?) {
+                (..3, 0) => (implied, false),
+                (3.., 0) => (false, false),
+                (3.., 1) => (true, true),
+                _ => return Err(self.invalid("kink of an axis")),
+            };
             if count > MAX_KNOTS {
                 return Err(self.invalid("number of knots"));
             }
@@ -694,7 +699,11 @@ impl Reader<'_> {
             } else {
                 (depth == 0 && knots == [0]).then(Axis::flat)
             };
-            axes.push(axis.ok_or(self.invalid("knots of an axis"))?);
+            let axis = axis.ok_or(self.invalid("knots of an axis"))?;
+            if is_told && !axis.has_kink() {
+                return Err(self.invalid("kink of an axis"));
+            }
+            axes.push(axis);
         }
         let axes = <[Axis; 4]>::try_from(axes).map_err(|_| self.invalid("axes"))?;
         Ok(GridHeader {
@@ -703,6 +712,26 @@ impl Reader<'_> {
             scale,
             axes,
         })
+    }
+}
+
+/// The axes that bend at the knot ½ in tables before minor version 3, which do not say so.
+fn implied_kinks(coordinates: Coordinates) -> [bool; 4] {
+    match coordinates {
+        Coordinates::Thread { sides_fold, .. } => [true, false, true, !sides_fold],
+        Coordinates::Isotropic => [true, false, false, false],
+        Coordinates::View { .. } => [false; 4],
+    }
+}
+
+impl Grid {
+    /// Whether its axes bend where those of tables before minor version 3 do.
+    pub(super) fn has_implied_kinks(&self) -> bool {
+        let implied = implied_kinks(self.coordinates);
+        self.axes
+            .iter()
+            .zip(implied)
+            .all(|(axis, implied)| axis.has_kink() == (implied && axis.has_middle()))
     }
 }
 
@@ -746,7 +775,7 @@ mod write {
             }
             put_u32(&mut body, self.threads.len());
             for thread in &self.threads {
-                put_thread(&mut body, thread);
+                put_thread(&mut body, thread, minor);
             }
             const CHUNK_ENTRY: usize = 32;
             let header_length = (CHECKED_FROM + body.len() + CHUNK_ENTRY * contents.len())
@@ -804,7 +833,7 @@ mod write {
         out.extend(x.to_le_bytes());
     }
 
-    fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable) {
+    fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable, minor: u16) {
         let ThreadParameters {
             name,
             direction,
@@ -840,12 +869,12 @@ mod write {
             Segments::None => put_u32(out, 0),
             Segments::Grid(grid) => {
                 put_u32(out, 1);
-                put_grid(out, grid);
+                put_grid(out, grid, minor);
             }
             Segments::Curve(grids) => {
                 put_u32(out, 3);
-                put_grid(out, &grids.response);
-                put_grid(out, &grids.projection);
+                put_grid(out, &grids.response, minor);
+                put_grid(out, &grids.projection, minor);
             }
             Segments::Direct(_) => {
                 put_u32(out, 2);
@@ -857,7 +886,7 @@ mod write {
         }
     }
 
-    fn put_grid(out: &mut Vec<u8>, grid: &Grid) {
+    fn put_grid(out: &mut Vec<u8>, grid: &Grid, minor: u16) {
         out.extend(code_of(grid.coordinates));
         out.push(match grid.encoding {
             Encoding::F32 => 0,
@@ -873,7 +902,7 @@ mod write {
         for axis in &grid.axes {
             out.extend((axis.integer_knots().len() as u16).to_le_bytes());
             out.push(axis.depth() as u8);
-            out.push(0);
+            out.push(u8::from(minor >= 3 && axis.has_kink()));
             for knot in axis.integer_knots() {
                 out.extend(knot.to_le_bytes());
             }

@@ -80,7 +80,10 @@ impl Table {
     /// The version of the format that it is written in: the oldest that can hold it.
     pub fn format(&self) -> (u16, u16) {
         let is_curve = |thread: &ThreadTable| thread.projection_grid().is_some();
-        let minor = if self.threads.iter().any(is_curve) {
+        let mut grids = self.threads.iter().flat_map(ThreadTable::grids);
+        let minor = if !grids.all(Grid::has_implied_kinks) {
+            3
+        } else if self.threads.iter().any(is_curve) {
             2
         } else if self.rho_scale != 1.0 {
             1

@@ -9,7 +9,6 @@ use sateen::bake::{Direct, Preset};
 use sateen::chart::Chart;
 use sateen::metrics::{DEFAULT_PAIRS, VALIDATION_SEED};
 use sateen::model::{ModelKind, Rule};
-use sateen::render::Shape;
 use sateen::table::Encoding;
 
 /// Bakes fabric BRDFs into small 4D tables, evaluates them, and tells what the approximation costs.
@@ -269,17 +268,63 @@ pub(crate) struct StressArgs {
 
 /// Take pictures of cloth on cylinders, on a sphere, as a curtain, or on a mesh.
 ///
-/// The light has irradiance π, so that white cloth which scatters evenly and faces it has radiance 1. A PNG shows radiance to the
+/// Lights have irradiance π, so that white cloth which scatters evenly and faces one has radiance 1. A PNG shows radiance to the
 /// power 1/2.2 at the --exposure, a transparent background, and what made it as text; an EXR has linear radiance without
-/// --exposure. Beside a picture of cylinders its curves are written, radiance across each of them: the same name ending in .svg
-/// and .csv.
+/// --exposure.
 #[derive(clap::Args)]
 pub(crate) struct RenderArgs {
-    /// cylinders: three upright ones, their warp vertical, horizontal and diagonal. sphere: one whose slices through the centre are
-    /// cylinders of every orientation. curtain, trousers: cloth that hangs, and shadows itself. Or a mesh with texture
-    /// coordinates, along the first of which the warp runs: a file that ends in .obj, .gltf or .glb.
-    #[arg(value_name = "SCENE", value_parser = parse_scene)]
+    #[command(subcommand)]
     pub(crate) scene: SceneArg,
+}
+
+/// What is rendered.
+#[derive(Subcommand)]
+pub(crate) enum SceneArg {
+    /// Three upright cylinders, their warp vertical, horizontal and diagonal.
+    ///
+    /// Beside the picture the radiance across each of them is written, as a drawing and as numbers: the same name ending in
+    /// .svg and .csv.
+    Cylinders(PictureArgs),
+    /// A sphere whose slices through the centre are cylinders of every orientation.
+    Sphere(PictureArgs),
+    /// A pleated curtain, its warp hanging down.
+    Curtain(DrapeArgs),
+    /// A trouser leg bent at the knee, its warp along the leg.
+    Trousers(DrapeArgs),
+    /// A mesh with texture coordinates, along the first of which the warp runs.
+    Mesh {
+        /// An OBJ, glTF or GLB file.
+        #[arg(value_name = "MESH")]
+        mesh: PathBuf,
+        #[command(flatten)]
+        drape: DrapeArgs,
+    },
+}
+
+impl SceneArg {
+    pub(crate) fn picture(&self) -> &PictureArgs {
+        match self {
+            Self::Cylinders(picture) | Self::Sphere(picture) => picture,
+            Self::Curtain(drape) | Self::Trousers(drape) | Self::Mesh { drape, .. } => {
+                &drape.picture
+            }
+        }
+    }
+}
+
+/// How cloth that hangs is looked at.
+#[derive(clap::Args)]
+pub(crate) struct DrapeArgs {
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
+    /// How far it is turned, its right side to the viewer, in degrees.
+    #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
+    pub(crate) turn_deg: f64,
+}
+
+/// How a picture is taken.
+#[derive(clap::Args)]
+pub(crate) struct PictureArgs {
     /// A name from the library, the TOML file of a fabric or a pattern, or a table.
     #[arg(value_name = "FABRIC|TABLE|PATTERN")]
     pub(crate) subject: String,
@@ -300,23 +345,21 @@ pub(crate) struct RenderArgs {
     /// Which model of the fabric, as `eval` has them.
     #[arg(long, default_value = SADEGHI, value_parser = evaluated_model(), conflicts_with = "compare")]
     pub(crate) model: ::std::option::Option<ModelKind>,
-    /// Rows of the picture. A sphere has as many columns, cylinders twice as many, others as many as they need.
+    /// Rows of the picture. It has as many columns, but twice as many for cylinders.
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = value_parser!(u16).range(1..=4096))]
     pub(crate) size: u16,
     /// Samples per pixel.
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
-    /// How far a scene that hangs is turned, its right side to the viewer, in degrees.
-    #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
-    pub(crate) turn_deg: f64,
     /// How far the light is turned from the camera to the right, in degrees.
-    #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
-    pub(crate) light_deg: f64,
+    #[arg(long, value_name = "A", value_parser = parse_degrees, allow_negative_numbers = true)]
+    pub(crate) light_deg: Option<f64>,
     /// How far the light is raised, in degrees.
-    #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
-    pub(crate) light_elevation_deg: f64,
+    #[arg(long, value_name = "A", value_parser = parse_degrees, allow_negative_numbers = true)]
+    pub(crate) light_elevation_deg: Option<f64>,
     /// The direction to the light instead, or those to several of the same strength: x right, y up, z to the viewer, of any length
-    /// [default for what hangs: three, before it to the left, beside it to the right, and a weak one from the viewer].
+    /// [default: one at the camera; for curtains, trousers and meshes three, before them to the left, beside them to the right,
+    /// and a weak one from the viewer].
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, conflicts_with_all = ["light_deg", "light_elevation_deg"])]
     pub(crate) light: Vec<Direction>,
     /// Stops by which a PNG is brighter.
@@ -337,15 +380,6 @@ pub(crate) struct RenderArgs {
     /// Threads to work with [default: all cores]. The result does not depend on it.
     #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
-}
-
-/// What is rendered.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum SceneArg {
-    Shape(Shape),
-    Curtain,
-    Trousers,
-    Mesh(PathBuf),
 }
 
 /// A unit vector.
@@ -529,19 +563,6 @@ fn parse_within(text: &str, range: RangeInclusive<f64>, what: &str) -> Result<f6
             range.start(),
             range.end()
         )),
-    }
-}
-
-fn parse_scene(text: &str) -> Result<SceneArg, String> {
-    let path = PathBuf::from(text);
-    let extension = path.extension().map(|end| end.to_ascii_lowercase());
-    match (text, extension.as_deref().and_then(|end| end.to_str())) {
-        ("cylinders", _) => Ok(SceneArg::Shape(Shape::Cylinders)),
-        ("sphere", _) => Ok(SceneArg::Shape(Shape::Sphere)),
-        ("curtain", _) => Ok(SceneArg::Curtain),
-        ("trousers", _) => Ok(SceneArg::Trousers),
-        (_, Some("obj" | "gltf" | "glb")) => Ok(SceneArg::Mesh(path)),
-        _ => Err("it is one of cylinders, sphere, curtain, trousers, or a mesh that ends in .obj, .gltf or .glb".to_owned()),
     }
 }
 

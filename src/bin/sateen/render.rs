@@ -1,6 +1,7 @@
 //! `sateen render`
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use sateen::fabric::Fabric;
@@ -15,14 +16,15 @@ use sateen::table::Table;
 use serde_json::json;
 
 use crate::Outcome;
-use crate::args::{Compared, Direction, Evaluator, RenderArgs, SceneArg};
+use crate::args::{Compared, Direction, Evaluator, PictureArgs, RenderArgs, SceneArg};
 use crate::output::{Bar, Output, Usage, go_on, print, print_json, say, use_threads};
 use crate::subject::{Subject, load_table, provenance};
 
 /// How fabrics are evaluated unless told otherwise: no error can be seen, and a picture takes seconds.
 const DEFAULT_RULE: Rule = Rule::Quadrature(8);
 
-pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
+pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
+    let args = of.picture();
     use_threads(args.jobs)?;
     let format = Format::of(&args.output)?;
     if args.float && format == Format::Png {
@@ -42,18 +44,18 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     };
     let output = Output::prepare(&args.output)?;
     let beside = |extension: &str| Output::prepare(&args.output.with_extension(extension));
-    let curve_files = match (&args.scene, &args.compare) {
-        (SceneArg::Shape(Shape::Cylinders), None) => Some((beside("csv")?, beside("svg")?)),
+    let curve_files = match (of, &args.compare) {
+        (SceneArg::Cylinders(_), None) => Some((beside("csv")?, beside("svg")?)),
         _ => None,
     };
-    let lights = lights(args);
+    let lights = lights(of);
     let view = View {
         size: args.size.into(),
         samples: args.samples,
         lights: &lights,
         repeats: args.repeats,
     };
-    let scene = scene(args)?;
+    let scene = scene(of)?;
 
     let mut bar = Bar::new(looks.len());
     let mut pictures: Vec<Picture> = Vec::new();
@@ -80,7 +82,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
     go_on()?;
     let file = File {
         args,
-        notes: sitter.notes(args, &view),
+        notes: sitter.notes(of, &view),
         looks: &looks,
         pictures: &pictures,
         comparison: comparison.as_ref(),
@@ -127,7 +129,7 @@ impl Format {
 
 /// What sits for the picture.
 struct Sitter<'a> {
-    args: &'a RenderArgs,
+    args: &'a PictureArgs,
     cloth: Subject,
     /// The fabric, or what a table was baked from; none of a pattern.
     fabric: Option<Fabric>,
@@ -141,7 +143,7 @@ struct Look {
 }
 
 impl<'a> Sitter<'a> {
-    fn load(args: &'a RenderArgs) -> Result<Self> {
+    fn load(args: &'a PictureArgs) -> Result<Self> {
         let cloth = Subject::load(&args.subject, args.variant.as_deref())?;
         let fabric = match &cloth {
             Subject::Fabric(fabric) => Some(fabric.clone()),
@@ -194,7 +196,7 @@ impl<'a> Sitter<'a> {
         let (name, cloth) = match (how, &self.cloth, &self.fabric) {
             (Compared::Evaluator(evaluator), Subject::Pattern(pattern), _) => {
                 let swatches = self.swatches(pattern, *evaluator)?;
-                let cloth = Cloth::Pattern(pattern.clone(), swatches);
+                let cloth = Cloth::Pattern(Arc::new(Pattern::clone(pattern)), swatches.into());
                 (evaluator_name(*evaluator), cloth)
             }
             (_, Subject::Pattern(_), _) | (_, _, None) => {
@@ -204,7 +206,7 @@ impl<'a> Sitter<'a> {
                 return Err(Usage(message).into());
             }
             (Compared::Evaluator(Evaluator::Table), Subject::Table(table), _) => {
-                let cloth = Cloth::Table(table.clone(), Vec::new());
+                let cloth = Cloth::table(*table.clone(), Vec::new());
                 ("table".to_owned(), cloth)
             }
             (Compared::Evaluator(Evaluator::Table), Subject::Fabric(_), _) => {
@@ -214,7 +216,7 @@ impl<'a> Sitter<'a> {
                 return Err(Usage(message).into());
             }
             (Compared::Evaluator(Evaluator::Direct(rule)), _, Some(fabric)) => {
-                let cloth = Cloth::Direct(Box::new(Sadeghi::new(fabric, *rule)));
+                let cloth = Cloth::direct(Sadeghi::new(fabric, *rule));
                 (evaluator_name(Evaluator::Direct(*rule)), cloth)
             }
             (Compared::Model(kind), _, Some(fabric)) => {
@@ -226,7 +228,7 @@ impl<'a> Sitter<'a> {
                 let threads = fabric.visible_threads();
                 let albedos = threads.map(|thread| single(thread.albedo)).collect();
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                (format!("table {stem}"), Cloth::Table(table, albedos))
+                (format!("table {stem}"), Cloth::table(*table, albedos))
             }
         };
         Ok(Look { name, cloth })
@@ -254,14 +256,14 @@ impl<'a> Sitter<'a> {
     }
 
     /// What a file says of all its pictures.
-    fn notes(&self, args: &RenderArgs, view: &View<'_>) -> Vec<(&'static str, String)> {
+    fn notes(&self, scene: &SceneArg, view: &View<'_>) -> Vec<(&'static str, String)> {
         let lights = view.lights.iter().map(|light| {
             let [x, y, z] = light.direction;
             format!("{x},{y},{z}")
         });
         let mut notes = vec![
             ("fabric", self.name().to_owned()),
-            ("scene", scene_name(&args.scene)),
+            ("scene", scene_name(scene)),
             ("light", lights.collect::<Vec<_>>().join(" ")),
             ("view", "orthographic, from 0,0,1".to_owned()),
             ("samples", view.samples.to_string()),
@@ -301,7 +303,7 @@ fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Cloth> {
             "{subject} has no section [{section}]; `sateen fit {name} {subject} -o FILE` writes it into one"
         );
     };
-    Ok(Cloth::Other(model))
+    Ok(Cloth::other(model))
 }
 
 fn evaluator_name(evaluator: Evaluator) -> String {
@@ -323,47 +325,50 @@ const LIGHTS: [([f64; 3], f64); 3] = [
     ([0.0, 0.28, 0.96], 0.3),
 ];
 
-fn scene(args: &RenderArgs) -> Result<Box<dyn Scene>> {
-    let mesh = match &args.scene {
-        SceneArg::Shape(shape) => return Ok(Box::new(*shape)),
-        SceneArg::Curtain => curtain(),
-        SceneArg::Trousers => trousers(),
-        SceneArg::Mesh(path) => load_mesh(path)?,
+fn scene(of: &SceneArg) -> Result<Box<dyn Scene>> {
+    let (mesh, drape) = match of {
+        SceneArg::Cylinders(_) => return Ok(Box::new(Shape::Cylinders)),
+        SceneArg::Sphere(_) => return Ok(Box::new(Shape::Sphere)),
+        SceneArg::Curtain(drape) => (curtain(), drape),
+        SceneArg::Trousers(drape) => (trousers(), drape),
+        SceneArg::Mesh { mesh, drape } => (load_mesh(mesh)?, drape),
     };
-    let drape = Drape::new(mesh, args.turn_deg.to_radians(), FROM_ABOVE, ASPECT);
+    let drape = Drape::new(mesh, drape.turn_deg.to_radians(), FROM_ABOVE, ASPECT);
     Ok(Box::new(drape.context("the mesh has no triangles")?))
 }
 
-fn scene_name(scene: &SceneArg) -> String {
-    match scene {
-        SceneArg::Shape(shape) => shape.name().to_owned(),
-        SceneArg::Curtain => "curtain".to_owned(),
-        SceneArg::Trousers => "trousers".to_owned(),
-        SceneArg::Mesh(path) => path.display().to_string(),
+fn scene_name(of: &SceneArg) -> String {
+    match of {
+        SceneArg::Cylinders(_) => Shape::Cylinders.name().to_owned(),
+        SceneArg::Sphere(_) => Shape::Sphere.name().to_owned(),
+        SceneArg::Curtain(_) => "curtain".to_owned(),
+        SceneArg::Trousers(_) => "trousers".to_owned(),
+        SceneArg::Mesh { mesh, .. } => mesh.display().to_string(),
     }
 }
 
-fn lights(args: &RenderArgs) -> Vec<Light> {
-    let is_at_camera = args.light_deg == 0.0 && args.light_elevation_deg == 0.0;
-    let hangs = !matches!(args.scene, SceneArg::Shape(_));
+fn lights(of: &SceneArg) -> Vec<Light> {
+    let args = of.picture();
     if !args.light.is_empty() {
         let lights = args.light.iter();
         return lights.map(|Direction(light)| Light::of(*light)).collect();
     }
-    if hangs && is_at_camera {
+    let is_shape = matches!(of, SceneArg::Cylinders(_) | SceneArg::Sphere(_));
+    let angles = [args.light_deg, args.light_elevation_deg];
+    if angles == [None; 2] && !is_shape {
         let light = |(direction, strength)| Light {
             direction,
             strength,
         };
         return LIGHTS.map(light).to_vec();
     }
-    let [azimuth, elevation] = [args.light_deg, args.light_elevation_deg].map(f64::to_radians);
+    let [azimuth, elevation] = angles.map(|angle| angle.unwrap_or(0.0).to_radians());
     vec![Light::of(Light::direction_at(azimuth, elevation))]
 }
 
 /// What is written, as either format has it.
 struct File<'a> {
-    args: &'a RenderArgs,
+    args: &'a PictureArgs,
     notes: Vec<(&'static str, String)>,
     looks: &'a [Look],
     pictures: &'a [Picture],
@@ -435,7 +440,7 @@ fn numbers(comparison: &Comparison) -> Vec<(&'static str, String)> {
     ]
 }
 
-fn tell(comparison: &Comparison, looks: &[Look], args: &RenderArgs) -> Result<()> {
+fn tell(comparison: &Comparison, looks: &[Look], args: &PictureArgs) -> Result<()> {
     let Comparison {
         flip_mean,
         flip_max,
