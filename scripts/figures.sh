@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Writes the gallery: the figures of [Fecho13] as sateen takes them, and a page that shows them.
 #
-#     scripts/figures.sh [FOLDER] [SIZE]      default: target/gallery, pictures 384 pixels high; about 3 minutes on two cores
+#     scripts/figures.sh [FOLDER] [SIZE]      default: target/gallery, pictures 384 pixels high; two minutes after the build
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=${1:-target/gallery}

@@ -18,6 +18,8 @@ const GOLDEN_2_0: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-2.0.sa
 /// The same table, its chunks stored: for readers without zstd (`tests/core.rs`).
 const GOLDEN_2_0_STORED: &[u8] =
     include_bytes!("data/tables/silk-crepe-de-chine-2.0-stored.sateen");
+/// Felt: three axes for its response, one for its projection, and axes that say where they bend.
+const GOLDEN_2_3: &[u8] = include_bytes!("data/tables/felt-2.3.sateen");
 /// Format 1.0 was never released.
 const GOLDEN_1_0: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-1.0.sateen");
 
@@ -44,8 +46,34 @@ fn golden_tables_of_every_version_stay_readable() {
         provenance.fabric.parse().unwrap().name,
         "silk-crepe-de-chine"
     );
+    assert_evaluates(
+        &table,
+        include_str!("data/tables/silk-crepe-de-chine-2.0.txt"),
+    );
+    // It is written as it was.
+    assert_eq!(table.format(), (2, 0));
+    assert_eq!(Table::from_bytes(GOLDEN_2_0_STORED).as_ref(), Ok(&table));
+    assert_eq!(
+        table.to_bytes().map(|bytes| Table::from_bytes(&bytes)),
+        Ok(Ok(table))
+    );
+}
+
+#[test]
+fn golden_tables_of_curves_stay_readable() {
+    let table = Table::from_bytes(GOLDEN_2_3).unwrap();
+    assert_eq!(table.format(), (2, 3));
+    assert!(table.threads()[0].projection_grid().is_some());
+    assert_evaluates(&table, include_str!("data/tables/felt-2.3.txt"));
+    assert_eq!(
+        table.to_bytes().map(|bytes| Table::from_bytes(&bytes)),
+        Ok(Ok(table))
+    );
+}
+
+/// The expected ρ as text, of one pair.
+fn assert_evaluates(table: &Table, expected: &str) {
     let rho = table.eval_cos([0.36, 0.48, 0.8], [-0.48, -0.6, 0.64]);
-    let expected = include_str!("data/tables/silk-crepe-de-chine-2.0.txt");
     let expected: Vec<f32> = expected
         .split_whitespace()
         .map(|number| number.parse().unwrap())
@@ -56,13 +84,6 @@ fn golden_tables_of_every_version_stay_readable() {
             "{rho:?} for {expected:?}"
         );
     }
-    // It is written as it was.
-    assert_eq!(table.format(), (2, 0));
-    assert_eq!(Table::from_bytes(GOLDEN_2_0_STORED).as_ref(), Ok(&table));
-    assert_eq!(
-        table.to_bytes().map(|bytes| Table::from_bytes(&bytes)),
-        Ok(Ok(table))
-    );
 }
 
 #[test]
@@ -153,11 +174,13 @@ fn extra_bytes_are_refused() {
 
 #[test]
 fn every_flipped_bit_is_noticed() {
-    let mut bytes = GOLDEN_2_0.to_vec();
-    for bit in 0..8 * bytes.len() {
-        bytes[bit / 8] ^= 1 << (bit % 8);
-        assert!(Table::from_bytes(&bytes).is_err(), "bit {bit}");
-        bytes[bit / 8] ^= 1 << (bit % 8);
+    for golden in [GOLDEN_2_0, GOLDEN_2_3] {
+        let mut bytes = golden.to_vec();
+        for bit in 0..8 * bytes.len() {
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            assert!(Table::from_bytes(&bytes).is_err(), "bit {bit}");
+            bytes[bit / 8] ^= 1 << (bit % 8);
+        }
     }
 }
 
