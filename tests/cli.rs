@@ -57,28 +57,28 @@ fn fabrics_lists_the_library() {
         .stdout
         .clone();
     insta::assert_snapshot!(String::from_utf8(output).unwrap(), @r"
-    linen-plain                      warp+weft   Linen, plain weave
-    silk-crepe-de-chine              warp+weft   Silk crepe de chine
-    polyester-satin-charmeuse-front  warp+weft   Polyester satin charmeuse, front
-    polyester-satin-charmeuse-back   warp+weft   Polyester satin charmeuse, back
-    silk-shot                        warp+weft   Shot silk
-    velvet                           warp+weft   Velvet
-    denim                            warp+weft   Denim
-    polyester-lining                 warp+weft   Polyester lining
-    polka-dot-lining-white           warp+weft   Polka-dot lining, white
-    polka-dot-lining-pink            warp+weft   Polka-dot lining, pink
-    swimwear-front                   warp+weft   Swimwear, front
-    swimwear-back                    warp+weft   Swimwear, back
-    tshirt-white                     warp        White T-shirt
-    tshirt-black-front               warp        Black T-shirt, front
-    tshirt-black-back                weft        Black T-shirt, back
-    faux-suede                       weft        Faux suede
-    corduroy                         warp+weft   Corduroy
-    weft-knit                        left-leg+right-leg+arcs  Weft knit, three directions
-    weft-knit-curve                  yarn        Weft knit, continuous curve
-    warp-knit                        yarn        Warp knit
-    felt                             fibres      Felt
-    velvet-spread                    warp+weft   Velvet, pile directions spread
+    linen-plain                      Linen, plain weave                warp+weft
+    silk-crepe-de-chine              Silk crepe de chine               warp+weft
+    polyester-satin-charmeuse-front  Polyester satin charmeuse, front  warp+weft
+    polyester-satin-charmeuse-back   Polyester satin charmeuse, back   warp+weft
+    silk-shot                        Shot silk                         warp+weft
+    velvet                           Velvet                            warp+weft
+    denim                            Denim                             warp+weft
+    polyester-lining                 Polyester lining                  warp+weft
+    polka-dot-lining-white           Polka-dot lining, white           warp+weft
+    polka-dot-lining-pink            Polka-dot lining, pink            warp+weft
+    swimwear-front                   Swimwear, front                   warp+weft
+    swimwear-back                    Swimwear, back                    warp+weft
+    tshirt-white                     White T-shirt                     warp
+    tshirt-black-front               Black T-shirt, front              warp
+    tshirt-black-back                Black T-shirt, back               weft
+    faux-suede                       Faux suede                        weft
+    corduroy                         Corduroy                          warp+weft
+    weft-knit                        Weft knit, three directions       left-leg+right-leg+arcs
+    weft-knit-curve                  Weft knit, continuous curve       yarn
+    warp-knit                        Warp knit                         yarn
+    felt                             Felt                              fibres
+    velvet-spread                    Velvet, pile directions spread    warp+weft
     ");
     let json = sateen()
         .args(["fabrics", "--json"])

@@ -14,11 +14,14 @@ pub(crate) fn run(args: &FabricsArgs) -> Result<Outcome> {
         print_json(&fabrics.iter().map(fabric_json).collect())?;
         return Ok(Outcome::Done);
     }
-    let widest = fabrics
-        .iter()
-        .map(|fabric| fabric.name.len())
-        .max()
-        .unwrap_or(0);
+    let widest = |of: fn(&Fabric) -> &str| {
+        let widths = fabrics.iter().map(|fabric| of(fabric).chars().count());
+        widths.max().unwrap_or(0)
+    };
+    let (name, title) = (
+        widest(|fabric| &fabric.name),
+        widest(|fabric| &fabric.title),
+    );
     let mut text = String::new();
     for fabric in &fabrics {
         let threads: Vec<&str> = fabric
@@ -26,10 +29,10 @@ pub(crate) fn run(args: &FabricsArgs) -> Result<Outcome> {
             .map(|thread| thread.name.as_str())
             .collect();
         text += &format!(
-            "{:<widest$}  {:<10}  {}\n",
+            "{:<name$}  {:<title$}  {}\n",
             fabric.name,
-            threads.join("+"),
-            fabric.title
+            fabric.title,
+            threads.join("+")
         );
     }
     print(&text)?;
