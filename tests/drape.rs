@@ -134,9 +134,9 @@ fn a_sheet_around_a_cylinder_is_the_cylinder() {
     {
         let column = 200.0 + 0.96 * 200.0 * point.x() - 0.5;
         let (left, part) = (column.floor() as usize, column.fract());
-        for k in 0..3 {
+        for (k, expected) in point.radiance.into_iter().enumerate() {
             let [a, b] = [left, left + 1].map(|column| f64::from(row[column][k]));
-            let (found, expected) = (a + (b - a) * part, point.radiance[k]);
+            let found = a + (b - a) * part;
             assert!(
                 (found - expected).abs() < 0.01 * expected + 5e-4,
                 "{point:?}: {found}"

@@ -10,7 +10,7 @@ use assert_cmd::Command;
 use common::{fabric, tiny};
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
-use sateen::bake::{Direct, Provenance, bake};
+use sateen::bake::{Direct, Provenance, Settings, bake};
 use sateen::fabric::Fabric;
 use sateen::metrics::{Reflectance, conserving};
 use sateen::model::{Model, Rule, Sadeghi};
