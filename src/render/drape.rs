@@ -40,9 +40,8 @@ pub fn curtain() -> Mesh {
     };
     let edges = [edge(0.0), edge(1.0)];
     let between = |sums: &[f64], s: f64| {
-        let at = (s * STEPS as f64).clamp(0.0, STEPS as f64 - 1e-9);
-        let k = at as usize;
-        sums[k] + (sums[k + 1] - sums[k]) * (at - k as f64) - 0.5 * sums[STEPS]
+        let (k, part) = cell(s, STEPS);
+        sums[k] + (sums[k + 1] - sums[k]) * part - 0.5 * sums[STEPS]
     };
     let size = Vec2::new(HEIGHT as f32, 1.0);
     Mesh::sheet(160, COLUMNS, size, |u, s| {
@@ -71,8 +70,7 @@ pub fn trousers() -> Mesh {
     }
     let size = Vec2::new(LENGTH as f32, (TAU * RADIUS) as f32);
     Mesh::sheet(400, 240, size, move |u, v| {
-        let at = (u * STEPS as f64).clamp(0.0, STEPS as f64 - 1e-9);
-        let (k, part) = (at as usize, at.fract());
+        let (k, part) = cell(u, STEPS);
         let [x, y] = [0, 1].map(|axis| line[k][axis] + (line[k + 1][axis] - line[k][axis]) * part);
         let (sin, cos) = lean(u).sin_cos();
         let around = TAU * v - PI;
@@ -85,4 +83,10 @@ pub fn trousers() -> Mesh {
         let (side, forwards) = (radius * around.sin(), radius * around.cos());
         [x + forwards * cos, y + forwards * sin, side]
     })
+}
+
+/// Which of `steps` even cells a share of their whole is in, and how far along it.
+fn cell(share: f64, steps: usize) -> (usize, f64) {
+    let at = (share * steps as f64).clamp(0.0, steps as f64 - 1e-9);
+    (at as usize, at.fract())
 }

@@ -51,6 +51,13 @@ struct Cell {
 /// How many coefficients make up a value along an axis.
 pub(crate) const TAPS: usize = 3;
 
+/// Index of the knot ½, if that is an inner one.
+fn middle(depth: u32, knots: &[u16]) -> Option<usize> {
+    let unit = 1u32 << depth;
+    let inner = 1..knots.len().max(1) - 1;
+    inner.into_iter().find(|k| 2 * u32::from(knots[*k]) == unit)
+}
+
 impl Axis {
     /// An axis along which nothing changes: one knot, one coefficient.
     pub fn flat() -> Self {
@@ -85,10 +92,7 @@ impl Axis {
         if knots.last().is_none_or(|last| u32::from(*last) > unit) {
             return None;
         }
-        let inner = 1..knots.len() - 1;
-        let kink = inner
-            .into_iter()
-            .find(|k| has_kink && 2 * u32::from(knots[*k]) == unit);
+        let kink = middle(depth, &knots).filter(|_| has_kink);
 
         let cells = knots.len() - 1;
         let length = cells + usize::from(kink.is_some());
@@ -142,11 +146,7 @@ impl Axis {
 
     /// Whether ½ is a knot at which functions could bend: an inner one.
     pub fn has_middle(&self) -> bool {
-        let inner = 1..self.knots.len().max(1) - 1;
-        let unit = 1u32 << self.depth;
-        inner
-            .into_iter()
-            .any(|k| 2 * u32::from(self.knots[k]) == unit)
+        middle(self.depth, &self.knots).is_some()
     }
 
     /// How many coefficients there are.

@@ -680,10 +680,10 @@ impl Reader<'_> {
         for (axis, implied) in implied_kinks(coordinates).into_iter().enumerate() {
             let count = self.u16()? as usize;
             let depth = self.u8()?;
-            let (has_kink, is_told) = match (minor, self.u8()?) {
-                (..3, 0) => (implied, false),
-                (3.., 0) => (false, false),
-                (3.., 1) => (true, true),
+            let bends = match (minor, self.u8()?) {
+                (..3, 0) => None,
+                (3.., 0) => Some(false),
+                (3.., 1) => Some(true),
                 _ => return Err(self.invalid("kink of an axis")),
             };
             if count > MAX_KNOTS {
@@ -695,12 +695,12 @@ impl Reader<'_> {
             }
             self.zero(self.offset.next_multiple_of(4) - self.offset)?;
             let axis = if axis < coordinates.rank() {
-                Axis::new(depth.into(), knots, has_kink)
+                Axis::new(depth.into(), knots, bends.unwrap_or(implied))
             } else {
                 (depth == 0 && knots == [0]).then(Axis::flat)
             };
             let axis = axis.ok_or(self.invalid("knots of an axis"))?;
-            if is_told && !axis.has_kink() {
+            if bends.is_some_and(|bends| bends != axis.has_kink()) {
                 return Err(self.invalid("kink of an axis"));
             }
             axes.push(axis);
