@@ -58,6 +58,7 @@ pub mod brdf;
 pub mod chart;
 pub mod lookup;
 pub mod math;
+pub mod needs;
 pub mod table;
 
 #[cfg(feature = "bake")]

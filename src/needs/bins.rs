@@ -1,0 +1,263 @@
+//! The hemisphere in bins, by the octahedral map: w/(|x| + |y| + z) is on the upper half of an octahedron, which is flattened and
+//! turned by 45° to a square.
+//!
+//! C. Cigolle and others, *A Survey of Efficient Representations for Independent Unit Vectors*, JCGT 3(2), 2014.
+
+use alloc::{vec, vec::Vec};
+
+use num_traits::Float;
+
+/// Bins along each side of the square: some 2° each.
+pub const RESOLUTION: u32 = 64;
+/// All bins.
+pub(super) const BINS: usize = (RESOLUTION * RESOLUTION) as usize;
+/// Words of a bit per bin.
+pub(super) const WORDS: usize = BINS / 64;
+
+const N: f64 = RESOLUTION as f64;
+/// No direction of a bin is farther from its centre, radians: the largest are those in the middles of octants, with half diagonals of
+/// √6 / N.
+const LARGEST: f64 = 2.45 / N;
+/// How far a place on the square moves, along one side, for a turn by a radian: at most √2, about the normal.
+const STRETCH: f64 = 1.4143;
+
+/// A cap of directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cap {
+    /// Unit vector to its middle.
+    pub axis: [f64; 3],
+    /// Radians.
+    pub radius: f64,
+}
+
+/// A set of bins of directions above the surface.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Directions {
+    words: Vec<u64>,
+}
+
+impl Default for Directions {
+    fn default() -> Self {
+        Self::none()
+    }
+}
+
+impl Directions {
+    /// None.
+    pub fn none() -> Self {
+        Self {
+            words: vec![0; WORDS],
+        }
+    }
+
+    /// All that are above the surface.
+    pub fn all() -> Self {
+        Self {
+            words: vec![u64::MAX; WORDS],
+        }
+    }
+
+    pub(super) fn from_words(words: &[u64]) -> Self {
+        Self {
+            words: words.to_vec(),
+        }
+    }
+
+    pub(super) fn words(&self) -> &[u64] {
+        &self.words
+    }
+
+    /// Adds all bins that a cap reaches into, and perhaps some beside it: `axis` is a unit vector, `radius` in radians. The part of
+    /// the cap below the horizon adds nothing.
+    pub fn add_cap(&mut self, axis: [f64; 3], radius: f64) {
+        let [x, y, z] = axis;
+        let height = z.max(0.0);
+        let length = Float::sqrt(x * x + y * y + height * height);
+        // Upwards, however far the axis is below the horizon: from its foot on the horizon nothing of the cap is farther than twice
+        // its radius.
+        let (foot, around) = if z >= 0.0 {
+            ([x, y, z], radius)
+        } else if length > 0.0 && -z <= Float::sin(radius.min(core::f64::consts::FRAC_PI_2)) {
+            ([x / length, y / length, 0.0], 2.0 * radius)
+        } else if radius < core::f64::consts::FRAC_PI_2 {
+            return;
+        } else {
+            ([0.0, 0.0, 1.0], core::f64::consts::PI)
+        };
+        let reach = radius + LARGEST;
+        let most = if reach < core::f64::consts::PI {
+            Float::cos(reach)
+        } else {
+            -1.0
+        };
+        let window = STRETCH * (around + LARGEST);
+        let [u, v] = to_square(foot);
+        let range = |middle: f64| {
+            let from = index_of(middle - window);
+            from..=index_of(middle + window)
+        };
+        for row in range(v) {
+            for column in range(u) {
+                let bin = row * RESOLUTION as usize + column;
+                let [cx, cy, cz] = centre(bin);
+                if cx * x + cy * y + cz * z >= most - 1e-12 {
+                    self.add_bin(bin);
+                }
+            }
+        }
+    }
+
+    /// Adds what `other` has.
+    pub fn join(&mut self, other: &Self) {
+        for (word, other) in self.words.iter_mut().zip(&other.words) {
+            *word |= other;
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.words.iter().all(|word| *word == 0)
+    }
+
+    /// Their bins' numbers, ascending.
+    pub fn bins(&self) -> impl Iterator<Item = usize> + '_ {
+        self.words.iter().enumerate().flat_map(|(index, word)| {
+            let mut left = *word;
+            core::iter::from_fn(move || {
+                let bit = left.trailing_zeros() as usize;
+                left &= left.wrapping_sub(1);
+                (bit < 64).then_some(64 * index + bit)
+            })
+        })
+    }
+
+    /// A cap around every bin, by its number.
+    pub fn caps() -> Vec<Cap> {
+        (0..BINS).map(cap).collect()
+    }
+
+    pub(super) fn add_bin(&mut self, bin: usize) {
+        self.words[bin / 64] |= 1 << (bin % 64);
+    }
+
+    pub(super) fn has_bin(&self, bin: usize) -> bool {
+        self.words[bin / 64] >> (bin % 64) & 1 == 1
+    }
+}
+
+/// The bin of a direction above the surface.
+pub(super) fn bin_of([x, y, z]: [f32; 3]) -> Option<usize> {
+    let is_direction = z > 0.0 && x.is_finite() && y.is_finite() && z.is_finite();
+    is_direction.then(|| {
+        let [u, v] = to_square([x, y, z].map(f64::from));
+        index_of(v) * RESOLUTION as usize + index_of(u)
+    })
+}
+
+/// The place of a direction on the square ±1.
+fn to_square([x, y, z]: [f64; 3]) -> [f64; 2] {
+    let size = x.abs() + y.abs() + z;
+    [(x + y) / size, (x - y) / size]
+}
+
+/// The direction at a place on the square.
+fn from_square([u, v]: [f64; 2]) -> [f64; 3] {
+    let (x, y) = (0.5 * (u + v), 0.5 * (u - v));
+    let z = (1.0 - x.abs() - y.abs()).max(0.0);
+    let length = Float::sqrt(x * x + y * y + z * z);
+    [x / length, y / length, z / length]
+}
+
+/// The row or column at a coordinate of the square.
+fn index_of(place: f64) -> usize {
+    (0.5 * (place + 1.0) * N).clamp(0.0, N - 1.0) as usize
+}
+
+fn centre(bin: usize) -> [f64; 3] {
+    corner(bin, [0.5, 0.5])
+}
+
+fn corner(bin: usize, [right, down]: [f64; 2]) -> [f64; 3] {
+    let resolution = RESOLUTION as usize;
+    let place = |index: usize, part: f64| 2.0 * (index as f64 + part) / N - 1.0;
+    from_square([
+        place(bin % resolution, right),
+        place(bin / resolution, down),
+    ])
+}
+
+/// The smallest cap around a bin's centre. Its edges are arcs of great circles, so that no point is farther than a corner.
+fn cap(bin: usize) -> Cap {
+    let axis = centre(bin);
+    let farthest = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]
+        .map(|part| {
+            let corner = corner(bin, part);
+            let chord = [0, 1, 2].map(|k| corner[k] - axis[k]);
+            Float::sqrt(chord.iter().map(|x| x * x).sum::<f64>())
+        })
+        .into_iter()
+        .fold(0.0, f64::max);
+    Cap {
+        axis,
+        radius: 2.0 * Float::asin(0.5 * farthest),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    /// Directions spread over the sphere.
+    fn directions(count: u32) -> Vec<[f64; 3]> {
+        (0..count)
+            .map(|k| {
+                let z = 2.0 * (f64::from(k) + 0.5) / f64::from(count) - 1.0;
+                let (sin, cos) = (2.399_963 * f64::from(k)).sin_cos();
+                let r = (1.0 - z * z).sqrt();
+                [r * cos, r * sin, z]
+            })
+            .collect()
+    }
+
+    fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
+        let chord = [0, 1, 2].map(|k| a[k] - b[k]);
+        2.0 * (0.5 * chord.iter().map(|x| x * x).sum::<f64>().sqrt()).asin()
+    }
+
+    #[test]
+    fn bins_lie_in_their_caps() {
+        let caps = Directions::caps();
+        assert!(caps.iter().all(|cap| cap.radius <= LARGEST));
+        for w in directions(200_000).into_iter().filter(|w| w[2] > 0.0) {
+            let bin = bin_of(w.map(|x| x as f32)).unwrap();
+            assert!(angle(w, caps[bin].axis) <= caps[bin].radius + 1e-6, "{w:?}");
+        }
+    }
+
+    #[test]
+    fn a_cap_adds_every_bin_that_it_reaches() {
+        let all = directions(20_000);
+        for (axis, radius) in directions(60).into_iter().zip(
+            [1e-6, 0.01, 0.05, 0.2, 0.7, 1.5, 1.7, 3.2]
+                .into_iter()
+                .cycle(),
+        ) {
+            let mut found = Directions::none();
+            found.add_cap(axis, radius);
+            for w in all
+                .iter()
+                .filter(|w| w[2] > 1e-6 && angle(**w, axis) <= radius)
+            {
+                let bin = bin_of(w.map(|x| x as f32)).unwrap();
+                assert!(found.has_bin(bin), "{axis:?} {radius} {w:?}");
+            }
+            // And little more.
+            let beside = found
+                .bins()
+                .map(centre)
+                .filter(|w| angle(*w, axis) > radius + 2.0 * LARGEST);
+            assert_eq!(beside.count(), 0);
+        }
+    }
+}
