@@ -1,7 +1,8 @@
 //! Charts are bijections between the box and pairs of directions above the surface, up to the mirror s → −s.
 
 use proptest::prelude::*;
-use sateen::chart::{Chart, Coordinates};
+use sateen::chart::{Chart, Coordinates, Range, Span};
+use sateen::needs::Cap;
 
 fn any_chart() -> impl Strategy<Value = Chart> {
     prop::sample::select(Chart::ALL.to_vec())
@@ -174,5 +175,53 @@ fn special_pairs_have_the_stated_coordinates() {
         assert!((u[2] - 1.0).abs() < 1e-12, "light at the horizon: {u:?}");
         let u = chart.coordinates([0.0, 0.0, 1.0], [0.0, 1.0, 0.0f64]);
         assert!(u[2].abs() < 1e-12, "viewer at the horizon: {u:?}");
+    }
+}
+
+/// The cap around some directions, and directions in it.
+fn cap() -> impl Strategy<Value = (Cap, [f64; 3])> {
+    let radius = prop_oneof![Just(0.0), 1e-3..0.1f64, 0.1..1.0f64];
+    (direction(), radius, 0.0..1f64, 0.0..6.3f64).prop_map(|(axis, radius, part, turn)| {
+        let length = |a: f64, b: f64| (a * a + b * b).sqrt();
+        let beside = if axis[2] < 0.9 {
+            let r = length(axis[0], axis[1]);
+            [-axis[1] / r, axis[0] / r, 0.0]
+        } else {
+            let r = length(axis[2], axis[0]);
+            [axis[2] / r, 0.0, -axis[0] / r]
+        };
+        let [x, y, z] = axis;
+        let [a, b, c] = beside;
+        let third = [y * c - z * b, z * a - x * c, x * b - y * a];
+        let (sin, cos) = (part * radius).sin_cos();
+        let w = [0, 1, 2]
+            .map(|k| cos * axis[k] + sin * (turn.cos() * beside[k] + turn.sin() * third[k]));
+        (Cap { axis, radius }, w)
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200_000))]
+
+    #[test]
+    fn pairs_of_two_caps_lie_in_the_boxes_that_enclose_them(
+        coordinates in any_coordinates(), (cap_i, wi) in cap(), (cap_r, wr) in cap(),
+    ) {
+        let is_in = |u: [f64; 4], boxes: &[[Range; 4]]| {
+            boxes.iter().any(|ranges| ranges.iter().zip(u).all(|([low, high], u)| (*low..=*high).contains(&u)))
+        };
+        if wi[2] > 0.0 && wr[2] > 0.0 {
+            let mut boxes = Vec::new();
+            coordinates.enclose(&Span::new(cap_i), &Span::new(cap_r), |found| boxes.push(found));
+            let single = |w: [f64; 3]| w.map(|x| x as f32);
+            let u = coordinates.of(single(wi), single(wr)).map(f64::from);
+            prop_assert!(is_in(u, &boxes), "{coordinates:?}: {u:?} of {wi:?} {wr:?} is not in {boxes:?}");
+            prop_assert!(is_in(coordinates.of(wi, wr), &boxes));
+
+            let mut boxes = Vec::new();
+            coordinates.enclose_collocated(&Span::new(cap_i), |found| boxes.push(found));
+            let u = coordinates.of(single(wi), single(wi)).map(f64::from);
+            prop_assert!(is_in(u, &boxes), "{coordinates:?}: {u:?} of {wi:?} is not in {boxes:?}");
+        }
     }
 }

@@ -41,7 +41,7 @@ mod format;
 mod grid;
 
 pub(crate) use axis::TAPS;
-pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS};
+pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, REACH};
 pub use encoding::{Encoding, Samples};
 pub use error::Error;
 pub use format::{MAJOR, MAX_DECODED_BYTES, MINOR};
