@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use sateen::bake::{Adapted, Preset, Provenance, bake_as_promised};
+use sateen::bake::{Adapted, Preset, Provenance, Scope, bake_as_promised};
 use sateen::fabric::{Fabric, LIBRARY};
 use sateen::model::{Rule, Sadeghi};
 use sateen::progress::Progress;
@@ -49,8 +49,13 @@ fn keep_their_promise(
     let settings = preset.settings();
     let mut failures = Vec::new();
     for entry in LIBRARY.iter().filter(|entry| are_tested(entry.name)) {
-        let (table, _) = bake_as_promised(&entry.load(), &settings, Progress::silent())
-            .expect("nobody stops it");
+        let (table, _) = bake_as_promised(
+            &entry.load(),
+            &settings,
+            &Scope::default(),
+            Progress::silent(),
+        )
+        .expect("nobody stops it");
         let adapted = Provenance::of(&table).expect("its own metadata").adapted;
         let room = match adapted {
             None => 1,

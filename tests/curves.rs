@@ -7,7 +7,7 @@ mod common;
 
 use common::{fabric, hostile_directions, tiny, tiny_table};
 use proptest::prelude::*;
-use sateen::bake::{Adapted, Provenance, bake};
+use sateen::bake::{Adapted, Provenance, Scope, bake};
 use sateen::brdf::Reweighting;
 use sateen::chart::Coordinates;
 use sateen::fabric::Fabric;
@@ -401,7 +401,8 @@ fn a_bake_does_not_try_direct_evaluation_where_every_thread_is_a_curve() {
     };
     let fabric = of_curve("[0, 150]", "[-30, 60]", "[1]", 3.0);
     let (table, kept) =
-        sateen::bake::bake_as_promised(&fabric, &settings, Progress::silent()).unwrap();
+        sateen::bake::bake_as_promised(&fabric, &settings, &Scope::default(), Progress::silent())
+            .unwrap();
     let provenance = Provenance::of(&table).unwrap();
     assert!(
         !kept && provenance.adapted == Some(Adapted::Larger),

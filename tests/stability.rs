@@ -5,7 +5,7 @@ mod common;
 
 use common::{fabric, hostile_directions, tiny, tiny_table};
 use proptest::prelude::*;
-use sateen::bake::{Direct, Preset, Provenance, Settings, bake, bake_as_promised};
+use sateen::bake::{Direct, Preset, Provenance, Scope, Settings, bake, bake_as_promised};
 use sateen::brdf::{Optics, TangentCurve, ThreadPair, fresnel};
 use sateen::fabric::Fabric;
 use sateen::metrics::{Truth, protocol_pairs};
@@ -210,7 +210,8 @@ fn what_no_settings_keep_is_said() {
         ..Preset::Fine.settings()
     };
     let fabric = stiff("tshirt-white", 0.05);
-    let (table, kept) = bake_as_promised(&fabric, &settings, Progress::silent()).unwrap();
+    let (table, kept) =
+        bake_as_promised(&fabric, &settings, &Scope::default(), Progress::silent()).unwrap();
     let provenance = Provenance::of(&table).unwrap();
     assert!(!kept && !Preset::Fine.promise().holds(&provenance.error));
     assert_eq!(provenance.settings, settings);
@@ -220,6 +221,7 @@ fn what_no_settings_keep_is_said() {
             direct: Direct::Worthwhile,
             ..settings
         },
+        &Scope::default(),
         Progress::silent(),
     )
     .unwrap();

@@ -10,7 +10,7 @@
 
 use std::hint::black_box;
 
-use super::{BakeError, Direct, Preset, Provenance, Settings, bake};
+use super::{BakeError, Direct, Preset, Provenance, Scope, Settings, bake_for};
 use crate::fabric::Fabric;
 use crate::metrics::{Pairs, median, nanoseconds_per_pair, protocol_pairs};
 use crate::progress::Progress;
@@ -70,11 +70,12 @@ const ATTEMPTS: usize = 4;
 /// `settings` do not concern size and error stays as they have it.
 ///
 /// # Errors
-/// As [`bake`].
+/// As [`bake_for`].
 pub fn bake_within(
     fabric: &Fabric,
     settings: &Settings,
     budget: &Budget,
+    scope: &Scope<'_>,
     progress: Progress<'_>,
 ) -> Result<(Table, Cost), BakeError> {
     let max_bytes = budget.max_bytes.unwrap_or(MOST_BYTES);
@@ -107,7 +108,7 @@ pub fn bake_within(
         };
         let part = |k: usize| k as f64 / total as f64;
         let progress = progress.part(part(attempt), part(attempt + 1));
-        let table = bake(fabric, &settings, progress)?;
+        let table = bake_for(fabric, &settings, scope, progress)?;
         let cost = cost_of(fabric, &table, budget.max_ns.is_some());
         let held = budget.holds(&cost);
         if best

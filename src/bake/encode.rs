@@ -2,89 +2,227 @@
 
 use rayon::prelude::*;
 
-use super::integrate::Integrand;
+use super::choose::Planned;
+use super::scope::{Needed, Scope, collapse};
+use crate::brdf::Response;
 use crate::chart::Coordinates;
+use crate::fabric::Thread;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Axis, CHANNELS, Encoding, Grid, Samples};
+use crate::table::{Axis, CHANNELS, Content, Grid, Rows, Run, Samples};
 
 /// Coefficients below this are stored as zero …
 const DARK: f64 = 1e-30;
 /// … and above this as this: their scale would not fit an f32.
 const BRIGHT: f64 = 1e30;
+/// The scale is that of every second row along each axis, so that a part of a table has that of all of it; between these rows
+/// coefficients may be larger by this factor: by 1.11 in drafts of the library, by less in finer tables.
+const HEADROOM: f64 = 1.15;
 
-/// Samples `integrand` at the sites of `axes` and solves for the coefficients. The result does not depend on the number
-/// of threads.
+/// Samples the planned function at its sites and solves for the coefficients: all of them, or those that the scope needs, which are the
+/// same to the last bit. The result does not depend on the number of threads, either.
 pub(super) fn fill_grid(
-    integrand: &Integrand,
-    axes: [Axis; 4],
-    encoding: Encoding,
+    thread: &Thread,
+    planned: Planned,
+    content: Content,
+    scope: &Scope<'_>,
     progress: Progress<'_>,
 ) -> Result<Grid, Cancelled> {
-    let [n0, n1, n2, n3] = axes.each_ref().map(Axis::len);
-    let sites = axes.each_ref().map(Axis::sites);
-    let mut values = vec![0.0; CHANNELS * n0 * n1 * n2 * n3];
-    let steps = progress.steps(n1 * n2 * n3);
-    let fill_row = |(row, values): (usize, &mut [f64])| {
-        let rest = [
-            sites[1][row % n1],
-            sites[2][row / n1 % n2],
-            sites[3][row / n1 / n2],
-        ];
-        for (u0, value) in sites[0].iter().zip(values.chunks_exact_mut(CHANNELS)) {
-            steps.check()?;
-            let response = integrand.at_point([*u0, rest[0], rest[1], rest[2]]);
-            value.copy_from_slice(
-                &[response.surface, response.volume].map(|value| encoding.encode(value)),
-            );
-        }
-        axes[0].solve(values, CHANNELS);
-        steps.advance()
+    let Planned {
+        integrand,
+        plan,
+        encoding,
+    } = planned;
+    let coordinates = integrand.coordinates();
+    let albedo = thread.albedo[0];
+    let filler = Filler {
+        channels: content.channels(),
+        quantities: move |u: [f64; 4]| {
+            let Response { surface, volume } = integrand.at_point(u);
+            let values = match content {
+                Content::Both => [surface, volume],
+                Content::Surface => [surface, 0.0],
+                Content::Volume => [volume, 0.0],
+                Content::Dyed => [surface + albedo * volume, 0.0],
+            };
+            values.map(|value| encoding.encode(value))
+        },
     };
-    let rows = values.par_chunks_exact_mut(CHANNELS * n0).enumerate();
-    rows.map(fill_row).collect::<Result<(), _>>()?;
+    let mut axes = plan.axes;
+    let needs = scope.needs.filter(|_| coordinates.rank() > 2);
+    let scaling = scaling_rows(&axes);
+    let (mut values, scale, runs) = match needs {
+        None => {
+            let all = vec![all_of(&axes); scaling.len()];
+            let values = filler.rows(&axes, &all, progress)?;
+            let scale = filler.scale(&values, &scaling, &axes);
+            (values, scale, None)
+        }
+        Some(needs) => {
+            let all_axes = axes.clone();
+            collapse(&mut axes, needs, coordinates);
+            let needed = Needed::new(needs, coordinates, thread.direction(), &axes);
+            if axes == all_axes {
+                let mut sites = needed.sites;
+                for (sites, scaling) in sites.iter_mut().zip(&scaling) {
+                    if scaling.count > 0 {
+                        *sites = *scaling;
+                    }
+                }
+                let values = filler.rows(&axes, &sites, progress)?;
+                let scale = filler.scale(&values, &scaling, &axes);
+                (values, scale, Some(needed.runs))
+            } else {
+                let of_all = filler.rows(&all_axes, &scaling, progress.part(0.0, 0.9))?;
+                let scale = filler.scale(&of_all, &scaling, &all_axes);
+                let values = filler.rows(&axes, &needed.sites, progress.part(0.9, 1.0))?;
+                (values, scale, Some(needed.runs))
+            }
+        }
+    };
+    let channels = filler.channels;
+    let [n0, n1, n2, _] = axes.each_ref().map(Axis::len);
     // Along the other axes, all functions on the faster ones are solved for at once.
-    let mut channels = CHANNELS * n0;
+    let mut functions = channels * n0;
     for axis in &axes[1..] {
         values
-            .par_chunks_exact_mut(channels * axis.len())
-            .for_each(|values| axis.solve(values, channels));
-        channels *= axis.len();
+            .par_chunks_exact_mut(functions * axis.len())
+            .for_each(|values| axis.solve(values, functions));
+        functions *= axis.len();
     }
+    mirror_faces(&mut values, channels, [n0, n1, n2], coordinates);
 
-    mirror_faces(&mut values, [n0, n1, n2], integrand.coordinates());
-
-    let scale = [0, 1].map(|channel| {
-        let magnitudes = values.iter().skip(channel).step_by(CHANNELS);
-        let largest = magnitudes.fold(0.0, |largest: f64, value| largest.max(value.abs()));
-        if largest > DARK {
-            largest.min(BRIGHT)
-        } else {
-            1.0
-        }
-    });
-    let stored = values.iter().enumerate().map(|(index, value)| {
-        let share = value / scale[index % CHANNELS];
-        share.clamp(-1.0, 1.0) * encoding.unit()
-    });
+    let stored = |row: usize, run: Run| {
+        let from = channels * (row * n0 + usize::from(run.first));
+        let values = &values[from..][..channels * usize::from(run.count)];
+        values.iter().enumerate().map(move |(index, value)| {
+            let share = value / scale[index % channels];
+            share.clamp(-1.0, 1.0) * encoding.unit()
+        })
+    };
+    let rows = values.len() / (channels * n0);
+    let kept = |row: usize| runs.as_ref().map_or(all_of(&axes), |runs| runs[row]);
+    let samples = Samples::store(encoding, (0..rows).flat_map(|row| stored(row, kept(row))));
+    let is_all = (0..rows).all(|row| kept(row) == all_of(&axes));
     Ok(Grid {
-        coordinates: integrand.coordinates(),
+        coordinates,
         encoding,
+        content,
         scale: scale.map(|scale| scale as f32),
-        samples: Samples::store(encoding, stored),
+        samples,
+        rows: runs
+            .filter(|_| !is_all)
+            .map(|runs| Rows::new(runs, &axes, channels).expect("some pair is needed")),
         axes,
     })
+}
+
+/// All coefficients of a row.
+fn all_of(axes: &[Axis; 4]) -> Run {
+    Run {
+        first: 0,
+        count: axes[0].len() as u16,
+    }
+}
+
+/// The rows, complete, whose coefficients the scale is that of: every second along each axis, and the last.
+fn scaling_rows(axes: &[Axis; 4]) -> Vec<Run> {
+    let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
+    let is_one = |place: usize, length: usize| place.is_multiple_of(2) || place + 1 == length;
+    let row = |row: usize| {
+        let (f1, f2, f3) = (row % n1, row / n1 % n2, row / n1 / n2);
+        if is_one(f1, n1) && is_one(f2, n2) && is_one(f3, n3) {
+            all_of(axes)
+        } else {
+            Run::default()
+        }
+    };
+    (0..n1 * n2 * n3).map(row).collect()
+}
+
+/// What splines are of.
+struct Filler<F> {
+    channels: usize,
+    quantities: F,
+}
+
+impl<F: Fn([f64; 4]) -> [f64; CHANNELS] + Sync> Filler<F> {
+    /// `[u₃][u₂][u₁][u₀][channel]`: coefficients along u₀, at the sites of the other axes; 0 at sites of u₀ that are not in the
+    /// runs, and wrong near them.
+    fn rows(
+        &self,
+        axes: &[Axis; 4],
+        runs: &[Run],
+        progress: Progress<'_>,
+    ) -> Result<Vec<f64>, Cancelled> {
+        let [n0, n1, n2, _] = axes.each_ref().map(Axis::len);
+        let sites = axes.each_ref().map(Axis::sites);
+        let mut values = vec![0.0; self.channels * n0 * runs.len()];
+        let steps = progress.steps(runs.len());
+        let rows = values.par_chunks_exact_mut(self.channels * n0).enumerate();
+        let fill_row = |(row, values): (usize, &mut [f64])| {
+            let rest = [
+                sites[1][row % n1],
+                sites[2][row / n1 % n2],
+                sites[3][row / n1 / n2],
+            ];
+            let run = runs[row];
+            let places = usize::from(run.first)..usize::from(run.end());
+            for place in places {
+                steps.check()?;
+                let quantities = (self.quantities)([sites[0][place], rest[0], rest[1], rest[2]]);
+                values[self.channels * place..][..self.channels]
+                    .copy_from_slice(&quantities[..self.channels]);
+            }
+            if run.count > 0 {
+                axes[0].solve(values, self.channels);
+            }
+            steps.advance()
+        };
+        rows.map(fill_row).collect::<Result<(), _>>()?;
+        Ok(values)
+    }
+
+    /// What the largest stored number stands for, per channel.
+    fn scale(&self, values: &[f64], rows: &[Run], axes: &[Axis; 4]) -> [f64; CHANNELS] {
+        let row = self.channels * axes[0].len();
+        let in_rows = || {
+            let chunks = values.chunks_exact(row).zip(rows);
+            chunks.filter(|(_, run)| run.count > 0)
+        };
+        [0, 1].map(|channel| {
+            let of_row = |(values, _): (&[f64], _)| {
+                let magnitudes = values.iter().skip(channel).step_by(self.channels);
+                magnitudes.fold(0.0, |largest: f64, value| largest.max(value.abs()))
+            };
+            let largest = if channel < self.channels {
+                in_rows().map(of_row).fold(0.0, f64::max)
+            } else {
+                0.0
+            };
+            if largest > DARK {
+                HEADROOM * largest.min(BRIGHT)
+            } else {
+                1.0
+            }
+        })
+    }
 }
 
 /// Makes both sides of a face exactly the same where a pair crosses it by being mirrored: u₃ = 0, where φ_d changes its sign
 /// if sides are folded, and u₀ = ½, where θ_d does if ends are. There the first coefficient along the axis is the value, the knots of u₂ and u₁
 /// lie evenly about ½, and the coefficients are even but for rounding, which would be a seam.
-fn mirror_faces(values: &mut [f64], [n0, n1, n2]: [usize; 3], coordinates: Coordinates) {
+fn mirror_faces(
+    values: &mut [f64],
+    channels: usize,
+    [n0, n1, n2]: [usize; 3],
+    coordinates: Coordinates,
+) {
     let [_, ends_fold, sides_fold, _] = coordinates.mirrored();
     let row = n0 * n1;
-    let rows = values.len() / (CHANNELS * row);
+    let rows = values.len() / (channels * row);
     let mut even = |a: usize, b: usize| {
-        for channel in 0..CHANNELS {
-            let [a, b] = [a, b].map(|site| CHANNELS * site + channel);
+        for channel in 0..channels {
+            let [a, b] = [a, b].map(|site| channels * site + channel);
             let mean = 0.5 * (values[a] + values[b]);
             (values[a], values[b]) = (mean, mean);
         }

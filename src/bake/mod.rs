@@ -10,19 +10,22 @@ mod encode;
 mod integrate;
 mod plan;
 mod promise;
+mod scope;
 mod settings;
 
 pub use budget::{Budget, Cost, bake_within};
 pub use choose::{Choice, Direct};
 pub use promise::{Adapted, Promise, bake_as_promised};
+pub use scope::{Scope, ScopeNote};
 pub use settings::{Preset, Settings};
 
 use serde::{Deserialize, Serialize};
 
 use crate::fabric::{Fabric, FabricError, Thread};
-use crate::metrics::{Baked, ErrorReport, measure};
+use crate::metrics::{ErrorReport, measure_table};
+use crate::needs::Needs;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{CHANNELS, Grid, Grids, Table, ThreadParameters, ThreadTable};
+use crate::table::{CHANNELS, Content, Grids, Table, ThreadParameters, ThreadTable};
 use choose::{Planned, Representation, choose, plan_curve};
 
 /// What made a table, as its metadata.
@@ -35,6 +38,9 @@ pub struct Provenance {
     /// … and how else it was, to keep the preset's promise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adapted: Option<Adapted>,
+    /// What it was baked for, if not for everything.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scope: Option<ScopeNote>,
     /// What was baked.
     pub fabric: FabricText,
     /// What that cost in accuracy.
@@ -60,10 +66,13 @@ pub struct FabricText {
 const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
 
 impl Provenance {
-    /// Whether [`bake`] makes the same of `fabric` and `settings`: the text, the variant, every setting and the tool's
-    /// version are those of the table.
-    pub fn is_of(&self, fabric: &Fabric, settings: &Settings) -> bool {
-        self.tool == TOOL && self.settings == *settings && self.fabric == FabricText::of(fabric)
+    /// Whether [`bake_for`] makes the same of `fabric`, `settings` and `scope`: the text, the variant, every setting, what is
+    /// needed and the tool's version are those of the table.
+    pub fn is_of(&self, fabric: &Fabric, settings: &Settings, scope: &Scope<'_>) -> bool {
+        self.tool == TOOL
+            && self.settings == *settings
+            && self.scope == scope.note()
+            && self.fabric == FabricText::of(fabric)
     }
 
     /// Reads a table's metadata.
@@ -108,6 +117,9 @@ pub enum BakeError {
         "the parameters of {0} are not those of its TOML text; change the text and read it again"
     )]
     TextDiffers(String),
+    /// There is no pair of directions to bake.
+    #[error("nothing ever asks for {0}: there is no table to bake")]
+    NotNeeded(String),
 }
 
 /// Bakes `fabric` and measures the error of the result. The same input gives the same table on any number of threads.
@@ -119,6 +131,23 @@ pub fn bake(
     settings: &Settings,
     progress: Progress<'_>,
 ) -> Result<Table, BakeError> {
+    bake_for(fabric, settings, &Scope::default(), progress)
+}
+
+/// Bakes what `scope` needs of `fabric`. Where it does, the table is that of [`bake`], to the last bit, unless fixed albedos are in it; the error is measured
+/// on pairs that it has.
+///
+/// # Errors
+/// As [`bake`]; and when nothing is needed.
+pub fn bake_for(
+    fabric: &Fabric,
+    settings: &Settings,
+    scope: &Scope<'_>,
+    progress: Progress<'_>,
+) -> Result<Table, BakeError> {
+    if scope.needs.is_some_and(Needs::is_empty) {
+        return Err(BakeError::NotNeeded(fabric.name.clone()));
+    }
     let text = FabricText::of(fabric);
     if text.parse().as_ref() != Ok(fabric) {
         return Err(BakeError::TextDiffers(fabric.name.clone()));
@@ -129,16 +158,11 @@ pub fn bake(
     let filling = sampling.part(0.3, 1.0);
     let to_fill: usize = plans.iter().flatten().map(Representation::grids).sum();
     let mut filled = 0;
-    let mut fill = |planned: Planned| -> Result<Grid, Cancelled> {
+    let mut fill = |thread: &Thread, planned: Planned, content: Content| {
         let share = |filled: usize| filled as f64 / to_fill as f64;
         let filling = filling.part(share(filled), share(filled + 1));
         filled += 1;
-        encode::fill_grid(
-            &planned.integrand,
-            planned.plan.axes,
-            planned.encoding,
-            filling,
-        )
+        encode::fill_grid(thread, planned, content, scope, filling)
     };
     let mut threads = Vec::new();
     for (thread, plan) in visible.into_iter().zip(plans) {
@@ -165,30 +189,31 @@ pub fn bake(
                 parameters.nodes = nodes;
                 Grids::None
             }
-            Some(Representation::Grid(planned)) => Grids::Segments(fill(*planned)?),
+            Some(Representation::Grid(planned)) => {
+                Grids::Segments(fill(thread, *planned, scope.content(thread))?)
+            }
             Some(Representation::Curve {
                 response,
                 projection,
             }) => Grids::Curve {
-                response: fill(*response)?,
-                projection: fill(*projection)?,
+                response: fill(thread, *response, scope.content(thread))?,
+                projection: fill(thread, *projection, Content::Both)?,
             },
         };
         threads.push(ThreadTable::new(parameters, grids));
     }
 
-    let mut table = Table {
+    let mut table = Table::new(
         threads,
-        gap: fabric.gap() as f32,
-        sigma_u: fabric.sigma_u as f32,
-        rho_scale: fabric.rho_scale as f32,
-        reweighting: fabric.reweighting,
-        metadata: String::new(),
-    };
+        fabric.gap() as f32,
+        fabric.sigma_u as f32,
+        fabric.rho_scale as f32,
+        fabric.reweighting,
+    );
     let measuring = progress.part(0.85, 1.0);
-    let error = measure(
+    let error = measure_table(
         fabric,
-        &Baked(&table),
+        &table,
         settings.error_pairs,
         settings.error_seed,
         measuring,
@@ -197,6 +222,7 @@ pub fn bake(
         tool: TOOL.to_owned(),
         settings: settings.clone(),
         adapted: None,
+        scope: scope.note(),
         fabric: text,
         error,
         choices: planned,

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BakeError, Direct, Preset, Provenance, Settings, bake};
+use super::{BakeError, Direct, Preset, Provenance, Scope, Settings, bake_for};
 use crate::fabric::{Fabric, Thread};
 use crate::metrics::ErrorReport;
 use crate::progress::Progress;
@@ -82,10 +82,11 @@ impl Adapted {
 /// Says whether it is kept.
 ///
 /// # Errors
-/// As [`bake`].
+/// As [`bake_for`].
 pub fn bake_as_promised(
     fabric: &Fabric,
     settings: &Settings,
+    scope: &Scope<'_>,
     progress: Progress<'_>,
 ) -> Result<(Table, bool), BakeError> {
     let promise = settings.preset.promise();
@@ -95,7 +96,7 @@ pub fn bake_as_promised(
     let mut best: Option<(Table, f64)> = None;
     for (adapted, tried) in std::iter::once((None, settings.clone())).chain(adapted) {
         // Few fabrics need another attempt: a bar that begins again is more honest than one that is never full.
-        let mut table = bake(fabric, &tried, progress)?;
+        let mut table = bake_for(fabric, &tried, scope, progress)?;
         let mut provenance = Provenance::of(&table).expect("just written");
         let excess = promise.excess(&provenance.error);
         if best.as_ref().is_none_or(|(_, least)| excess < *least) {

@@ -1,6 +1,6 @@
 //! Many pairs of directions at a time.
 
-use super::kernel;
+use super::kernel::{self, Woven};
 use crate::brdf::without_cosine;
 use crate::math::Vec3;
 use crate::math::simd::{Colours, Directions, Level, PairFunction, Row, Vector, map_pairs};
@@ -67,7 +67,16 @@ pub(super) struct Lookup<'a> {
 impl PairFunction for Lookup<'_> {
     #[inline(always)]
     fn at<V: Vector, R: Row>(&self, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
-        let rho = kernel::weave::<V, R>(self.table, self.albedos, wi, wr, |_| {}).rho();
+        let Woven { weave, missing } =
+            kernel::weave::<V, R>(self.table, self.albedos, wi, wr, |_| {});
+        if self.table.is_partial {
+            let missing = missing.to_array();
+            let count = missing.as_ref().iter().filter(|x| **x > 0.0).count();
+            if count > 0 {
+                self.table.misses.add(count);
+            }
+        }
+        let rho = weave.rho();
         match self.quantity {
             Quantity::Brdf => without_cosine(rho, wi[2]),
             Quantity::Rho => rho,

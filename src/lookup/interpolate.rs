@@ -7,11 +7,19 @@
 use crate::brdf::Response;
 use crate::math::simd::{Row, Vector};
 use crate::math::{Vec3, splat};
-use crate::table::{CHANNELS, Grid, ROW, Samples, TAPS};
+use crate::table::{CHANNELS, Cell, Content, Grid, ROW, Rows, Samples, TAPS};
 
-/// S and V, or whatever else the grid is of, for pairs in thread coordinates above the surface.
+/// What a grid says of pairs.
+pub(super) struct Found<V> {
+    /// S and V, or whatever else the grid is of.
+    pub(super) response: Response<V>,
+    /// 1 where the pair was not baked and this is the nearest that was, else 0.
+    pub(super) missing: V,
+}
+
+/// The value for pairs in thread coordinates above the surface.
 #[inline(always)]
-pub(super) fn value<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>) -> Response<V> {
+pub(super) fn value<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>) -> Found<V> {
     let u = grid.coordinates.of(wi, wr);
     let [a0, a1, a2, a3] = &grid.axes;
     let first = [
@@ -20,17 +28,31 @@ pub(super) fn value<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>) ->
         a2.first(u[2]),
         a3.first(u[3]),
     ];
-    let places = Places::<V>::new(grid, u, first);
+    let mut places = Places::<V>::new(grid, u, first);
+    let missing = if grid.is_partial() {
+        places.settle(grid, u)
+    } else {
+        V::zero()
+    };
     let sums = match &grid.samples {
         Samples::F32(samples) => places.sum_over_rank::<R, _>(grid, samples),
         Samples::I16(samples) => places.sum_over_rank::<R, _>(grid, samples),
         Samples::I8(samples) => places.sum_over_rank::<R, _>(grid, samples),
     };
     let unit = grid.encoding.unit();
-    let scale = |channel: usize| V::of(f64::from(grid.scale[channel]) / unit);
-    Response {
-        surface: grid.encoding.decode(scale(0) * V::from_array(sums[0])),
-        volume: grid.encoding.decode(scale(1) * V::from_array(sums[1])),
+    let decoded = |channel: usize| {
+        let scale = V::of(f64::from(grid.scale[channel]) / unit);
+        grid.encoding.decode(scale * V::from_array(sums[channel]))
+    };
+    let [surface, volume] = match grid.content {
+        Content::Both => [decoded(0), decoded(1)],
+        // Dyed is lit as the surface is: whatever the albedo, which is in it already.
+        Content::Surface | Content::Dyed => [decoded(0), V::zero()],
+        Content::Volume => [V::zero(), decoded(0)],
+    };
+    Found {
+        response: Response { surface, volume },
+        missing,
     }
 }
 
@@ -70,58 +92,206 @@ impl<V: Vector> Places<V> {
         }
     }
 
-    /// Σ of weights and stored numbers, per channel.
+    /// Moves pairs that were not baked to the nearest that were; 1 in their lanes, else 0.
     #[inline(always)]
-    fn sum_over_rank<R: Row, T: Sample>(&self, grid: &Grid, samples: &[T]) -> [V::Array; CHANNELS] {
-        match grid.coordinates.rank() {
-            4 => self.sum::<R, T, TAPS, TAPS, TAPS>(samples),
-            3 => self.sum::<R, T, TAPS, TAPS, 1>(samples),
-            2 => self.sum::<R, T, TAPS, 1, 1>(samples),
-            _ => self.sum::<R, T, 1, 1, 1>(samples),
+    fn settle(&mut self, grid: &Grid, u: [V; 4]) -> V {
+        let u = u.map(
+            #[inline(always)]
+            |u| u.to_array(),
+        );
+        let mut missing = V::Array::default();
+        for lane in 0..V::LANES {
+            let u = u.each_ref().map(|u| u.as_ref()[lane]);
+            let first = [0, 1, 2, 3].map(|axis| self.first[axis].as_ref()[lane]);
+            let beside = |axis: usize| {
+                let place = grid.axes[axis].integer_knots()[0];
+                let place = f32::from(place) / (1u32 << grid.axes[axis].depth()) as f32;
+                !((u[axis] - place).abs() <= COLLAPSED)
+            };
+            let mut is_missing = grid.collapsed().any(beside);
+            if let Some(rows) = &grid.rows {
+                let (settled, is_elsewhere) = settled(rows, grid, first);
+                if is_elsewhere {
+                    is_missing = true;
+                    self.move_to(grid, lane, settled, u);
+                }
+            }
+            missing.as_mut()[lane] = if is_missing { 1.0 } else { 0.0 };
+        }
+        V::from_array(missing)
+    }
+
+    #[cold]
+    fn move_to(&mut self, grid: &Grid, lane: usize, first: [u32; 4], u: [f32; 4]) {
+        for axis in 0..4 {
+            self.first[axis].as_mut()[lane] = first[axis];
+            let u = grid.axes[axis].clamp(first[axis], u[axis]);
+            for (tap, weight) in grid.axes[axis]
+                .weights(first[axis], u)
+                .into_iter()
+                .enumerate()
+            {
+                self.weights[axis][tap].as_mut()[lane] = weight;
+            }
         }
     }
 
-    /// With so many coefficients along u₁, u₂ and u₃.
+    /// Σ of weights and stored numbers, per channel.
     #[inline(always)]
-    fn sum<R: Row, T: Sample, const B: usize, const C: usize, const D: usize>(
+    fn sum_over_rank<R: Row, T: Sample>(&self, grid: &Grid, samples: &[T]) -> [V::Array; CHANNELS] {
+        match (&grid.rows, grid.content.channels()) {
+            (None, 1) => self.sum_of::<R, T, 1>(grid, &All(self.strides), samples),
+            (None, _) => self.sum_of::<R, T, 2>(grid, &All(self.strides), samples),
+            (Some(rows), 1) => self.sum_of::<R, T, 1>(grid, rows, samples),
+            (Some(rows), _) => self.sum_of::<R, T, 2>(grid, rows, samples),
+        }
+    }
+
+    #[inline(always)]
+    fn sum_of<R: Row, T: Sample, const N: usize>(
         &self,
+        grid: &Grid,
+        layout: &impl Layout,
         samples: &[T],
     ) -> [V::Array; CHANNELS] {
-        let [s1, s2, s3] = self.strides;
+        match grid.coordinates.rank() {
+            4 => self.sum::<R, T, N, TAPS, TAPS, TAPS>(layout, samples),
+            3 => self.sum::<R, T, N, TAPS, TAPS, 1>(layout, samples),
+            2 => self.sum::<R, T, N, TAPS, 1, 1>(layout, samples),
+            _ => self.sum::<R, T, N, 1, 1, 1>(layout, samples),
+        }
+    }
+
+    /// Of N channels, with so many coefficients along u₁, u₂ and u₃.
+    #[inline(always)]
+    fn sum<R: Row, T: Sample, const N: usize, const B: usize, const C: usize, const D: usize>(
+        &self,
+        layout: &impl Layout,
+        samples: &[T],
+    ) -> [V::Array; CHANNELS] {
         let mut sums = [V::Array::default(); CHANNELS];
         for lane in 0..V::LANES {
             let w = |axis: usize, tap: usize| self.weights[axis][tap].as_ref()[lane];
-            let first = |axis: usize| self.first[axis].as_ref()[lane] as usize;
-            let start = CHANNELS * first(0) + s1 * first(1) + s2 * first(2) + s3 * first(3);
-            let last = start + (B - 1) * s1 + (C - 1) * s2 + (D - 1) * s3;
-            let samples = &samples[start..last + ROW];
+            let first = [0, 1, 2, 3].map(|axis| self.first[axis].as_ref()[lane] as usize);
+            let rows = layout.rows::<T, N, B, C, D>(first, samples);
             let mut total = R::zero();
             for d in 0..D {
                 let mut plane = R::zero();
                 for c in 0..C {
                     let mut line = R::zero();
                     for b in 0..B {
-                        let offset = d * s3 + c * s2 + b * s1;
-                        #[expect(
-                            unsafe_code,
-                            reason = "27 checks per lookup cost as much as the sums"
-                        )]
-                        // SAFETY: the slice reaches to the end of the row with d = D − 1, c = C − 1, b = B − 1.
-                        let row = unsafe { &*samples.as_ptr().add(offset).cast::<[T; ROW]>() };
-                        line = T::widen::<R>(row).mul_add(splat(w(1, b)), line);
+                        let row = T::widen::<R>(rows(b, c, d));
+                        line = row.mul_add(splat(w(1, b)), line);
                     }
                     plane = line.mul_add(splat(w(2, c)), plane);
                 }
                 total = plane.mul_add(splat(w(3, d)), total);
             }
             let total = total.to_array();
-            for (channel, sums) in sums.iter_mut().enumerate() {
+            for (channel, sums) in sums.iter_mut().take(N).enumerate() {
                 sums.as_mut()[lane] = w(0, 0) * total[channel]
-                    + w(0, 1) * total[CHANNELS + channel]
-                    + w(0, 2) * total[2 * CHANNELS + channel];
+                    + w(0, 1) * total[N + channel]
+                    + w(0, 2) * total[2 * N + channel];
             }
         }
         sums
+    }
+}
+
+/// How far a pair may be from the place that an axis has collapsed to: some roundings.
+const COLLAPSED: f32 = 1e-6;
+
+/// The first coefficients of the cell that is looked up instead, and whether it is another.
+#[inline(always)]
+fn settled(rows: &Rows, grid: &Grid, first: [u32; 4]) -> ([u32; 4], bool) {
+    let [s1, s2, s3] = rows.strides();
+    let row = s1 * first[1] as usize + s2 * first[2] as usize + s3 * first[3] as usize;
+    match rows.cell(row) {
+        Cell::Baked {
+            first: from,
+            last: to,
+        } if (from..=to).contains(&first[0]) => (first, false),
+        cell => (nearest(rows, grid, first[0], row, cell), true),
+    }
+}
+
+#[cold]
+fn nearest(rows: &Rows, grid: &Grid, first: u32, row: usize, cell: Cell) -> [u32; 4] {
+    let row = match cell {
+        Cell::Baked { .. } => row,
+        Cell::Elsewhere(row) => row as usize,
+    };
+    // What is elsewhere is baked.
+    let first = match rows.cell(row) {
+        Cell::Baked {
+            first: from,
+            last: to,
+        } => first.clamp(from, to),
+        Cell::Elsewhere(_) => first,
+    };
+    let [_, n1, n2, _] = grid.axes.each_ref().map(crate::table::Axis::len);
+    let place = [row % n1, row / n1 % n2, row / n1 / n2];
+    [first, place[0] as u32, place[1] as u32, place[2] as u32]
+}
+
+/// Where among the samples rows are.
+trait Layout {
+    /// The rows of a cell of N channels by its first coefficients: from there on as many numbers as are read at once, for the b-th,
+    /// c-th and d-th of B, C and D along u₁, u₂ and u₃.
+    fn rows<'a, T, const N: usize, const B: usize, const C: usize, const D: usize>(
+        &'a self,
+        first: [usize; 4],
+        samples: &'a [T],
+    ) -> impl Fn(usize, usize, usize) -> &'a [T; ROW];
+}
+
+/// All coefficients, so far apart along u₁, u₂ and u₃.
+struct All([usize; 3]);
+
+impl Layout for All {
+    #[inline(always)]
+    fn rows<'a, T, const N: usize, const B: usize, const C: usize, const D: usize>(
+        &'a self,
+        first: [usize; 4],
+        samples: &'a [T],
+    ) -> impl Fn(usize, usize, usize) -> &'a [T; ROW] {
+        let [s1, s2, s3] = self.0;
+        let start = N * first[0] + s1 * first[1] + s2 * first[2] + s3 * first[3];
+        let last = start + (B - 1) * s1 + (C - 1) * s2 + (D - 1) * s3;
+        let samples = &samples[start..last + ROW];
+        #[inline(always)]
+        move |b, c, d| {
+            let offset = d * s3 + c * s2 + b * s1;
+            debug_assert!(offset + ROW <= samples.len());
+            #[expect(unsafe_code, reason = "27 checks per lookup cost as much as the sums")]
+            // SAFETY: the slice reaches to the end of the row with d = D − 1, c = C − 1, b = B − 1.
+            unsafe {
+                &*samples.as_ptr().add(offset).cast::<[T; ROW]>()
+            }
+        }
+    }
+}
+
+impl Layout for Rows {
+    #[inline(always)]
+    fn rows<'a, T, const N: usize, const B: usize, const C: usize, const D: usize>(
+        &'a self,
+        first: [usize; 4],
+        samples: &'a [T],
+    ) -> impl Fn(usize, usize, usize) -> &'a [T; ROW] {
+        let [s1, s2, s3] = self.strides();
+        let row = s1 * first[1] + s2 * first[2] + s3 * first[3];
+        let last = row + (B - 1) * s1 + (C - 1) * s2 + (D - 1) * s3;
+        let offsets = &self.offsets()[row..=last];
+        let along = (N * first[0]) as i32;
+        #[inline(always)]
+        move |b, c, d| {
+            let start = (offsets[d * s3 + c * s2 + b * s1] + along) as usize;
+            // Cells are looked up in rows that have them.
+            samples[start..]
+                .first_chunk()
+                .expect("the samples end with padding")
+        }
     }
 }
 

@@ -6,6 +6,13 @@ use crate::math::simd::{Row, Vector};
 use crate::math::{Vec3, each, splat};
 use crate::table::{Segments, Table, ThreadTable};
 
+/// What a table says of pairs.
+pub(super) struct Woven<V> {
+    pub(super) weave: Weave<V>,
+    /// Above 0 where the table was not baked for the pair, or for these albedos.
+    pub(super) missing: V,
+}
+
 /// The weave's sum for pairs in the surface frame, of which `see` sees every thread's part.
 #[inline(always)]
 pub(super) fn weave<V: Vector, R: Row>(
@@ -14,19 +21,23 @@ pub(super) fn weave<V: Vector, R: Row>(
     wi: Vec3<V>,
     wr: Vec3<V>,
     mut see: impl FnMut(ThreadResponse<V>),
-) -> Weave<V> {
+) -> Woven<V> {
     let above = V::both(V::zero().lt(wi[2]), V::zero().lt(wr[2]));
     let mut weave = Weave::new(
         splat(table.gap),
         V::select(above, wr[2], V::zero()),
         splat(table.rho_scale),
     );
+    let mut missing = V::zero();
     for (index, thread) in table.threads.iter().enumerate() {
         let albedo = albedos.get(index).unwrap_or(&thread.albedo);
+        if !thread.takes_albedo() && *albedo != thread.albedo {
+            missing = V::one();
+        }
         let ThreadResponse {
             response,
             projection,
-        } = thread_response::<V, R>(table, thread, wi, wr);
+        } = thread_response::<V, R>(table, thread, wi, wr, &mut missing);
         let response = ThreadResponse {
             response: Response {
                 surface: V::select(above, response.surface, V::zero()),
@@ -37,7 +48,10 @@ pub(super) fn weave<V: Vector, R: Row>(
         weave.add(splat(thread.coverage), each(*albedo, splat), &response);
         see(response);
     }
-    weave
+    Woven {
+        weave,
+        missing: V::select(above, missing, V::zero()),
+    }
 }
 
 #[inline(always)]
@@ -46,6 +60,7 @@ fn thread_response<V: Vector, R: Row>(
     thread: &ThreadTable,
     wi: Vec3<V>,
     wr: Vec3<V>,
+    missing: &mut V,
 ) -> ThreadResponse<V> {
     let frame = thread.frame.cast::<V>();
     let (wi, wr) = (frame.to_thread(wi), frame.to_thread(wr));
@@ -53,11 +68,18 @@ fn thread_response<V: Vector, R: Row>(
     let mut response = Response::zero();
     match &thread.segments {
         Segments::None | Segments::Direct(_) => {}
-        Segments::Grid(grid) => response = value::<V, R>(grid, wi, wr),
+        Segments::Grid(grid) => {
+            let found = value::<V, R>(grid, wi, wr);
+            *missing += found.missing;
+            response = found.response;
+        }
         Segments::Curve(curve) => {
+            let of_response = value::<V, R>(&curve.response, wi, wr);
+            let of_projection = value::<V, R>(&curve.projection, wi, wr);
+            *missing += of_response.missing + of_projection.missing;
             return ThreadResponse {
-                response: value::<V, R>(&curve.response, wi, wr),
-                projection: value::<V, R>(&curve.projection, wi, wr).surface,
+                response: of_response.response,
+                projection: of_projection.response.surface,
             };
         }
     }

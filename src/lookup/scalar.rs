@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::Quantity;
 use super::batch::Lookup;
-use super::kernel;
+use super::kernel::{self, Woven};
 use crate::brdf::Components;
 use crate::math::simd::{Kernel, Level, Row, Vector, at_pair};
 use crate::math::{each, splat};
@@ -44,6 +44,31 @@ impl Table {
         at_pair(&lookup, wi, wr)
     }
 
+    /// Whether the table was baked for the pair. What is not baked is looked up as well, as the nearest that is, and counted
+    /// ([`Table::misses`]); this asks and does not count. Pairs that are not above the surface need nothing.
+    pub fn is_baked(&self, wi: [f32; 3], wr: [f32; 3]) -> bool {
+        !self.is_partial
+            || Level::detect().run_single(Baked {
+                table: self,
+                wi,
+                wr,
+            })
+    }
+
+    /// ρ with other albedos ([`Table::eval_cos_with`]), or `None` where the table was baked neither for the pair nor, perhaps, for the
+    /// albedos: for who would rather fail than see the nearest value.
+    pub fn strict_eval_cos_with(
+        &self,
+        albedos: &[[f32; 3]],
+        wi: [f32; 3],
+        wr: [f32; 3],
+    ) -> Option<[f32; 3]> {
+        let mut dyes = self.threads.iter().zip(albedos);
+        let is_dyed_well =
+            dyes.all(|(thread, albedo)| thread.takes_albedo() || *albedo == thread.albedo);
+        (is_dyed_well && self.is_baked(wi, wr)).then(|| self.eval_cos_with(albedos, wi, wr))
+    }
+
     /// S, V and the projection of every thread, Q, and ρ with the fabric's own albedo.
     pub fn components(&self, wi: [f32; 3], wr: [f32; 3]) -> Components<f32> {
         Level::detect().run_single(All {
@@ -51,6 +76,24 @@ impl Table {
             wi,
             wr,
         })
+    }
+}
+
+/// Whether a table has a pair.
+struct Baked<'a> {
+    table: &'a Table,
+    wi: [f32; 3],
+    wr: [f32; 3],
+}
+
+impl Kernel for Baked<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<V: Vector, R: Row>(self) -> bool {
+        let [wi, wr] = [self.wi, self.wr].map(|w| each(w, splat::<f32, V>));
+        let Woven { missing, .. } = kernel::weave::<V, R>(self.table, &[], wi, wr, |_| {});
+        missing.to_array().as_ref()[0] == 0.0
     }
 }
 
@@ -72,7 +115,7 @@ impl Kernel for All<'_> {
             each(self.wi, splat::<f32, V>),
             each(self.wr, splat::<f32, V>),
         );
-        let weave = kernel::weave::<V, R>(self.table, &[], wi, wr, |thread| {
+        let Woven { weave, .. } = kernel::weave::<V, R>(self.table, &[], wi, wr, |thread| {
             threads.push(thread.map(lane));
         });
         Components {

@@ -3,10 +3,12 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::Baked;
 use super::pairs::{Pair, PairKind, endless_pairs};
 use crate::fabric::Fabric;
 use crate::model::{Model, Rule, Sadeghi};
 use crate::progress::{Cancelled, Progress, Steps};
+use crate::table::Table;
 
 /// Relative error over a set of pairs; all zero for no pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -43,7 +45,8 @@ pub struct ErrorReport {
     pub grazing: Quantiles,
     /// Root of the mean squared error over the mean, all channels and pairs.
     pub rmse_over_mean: f64,
-    /// Bias of the directional reflectance at 0°, 30°, 60° and 80°.
+    /// Bias of the directional reflectance at 0°, 30°, 60° and 80°; none of a table that has not all pairs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bias: Vec<Bias>,
 }
 
@@ -137,6 +140,15 @@ impl Truth {
         eval_pairs(model, &self.pairs, progress)
     }
 
+    fn measure(
+        &self,
+        model: &dyn Model<f64>,
+        progress: Progress<'_>,
+    ) -> Result<PairErrors, Cancelled> {
+        let values = self.values_of(model, progress)?;
+        Ok(self.errors_of(&values))
+    }
+
     /// The relative difference of ρ at each pair and channel, with its sign; none where all is dark.
     ///
     /// # Panics
@@ -212,26 +224,75 @@ pub fn measure(
     progress: Progress<'_>,
 ) -> Result<ErrorReport, Cancelled> {
     let truth = Truth::new(fabric, count, seed, progress.part(0.0, 0.9))?;
-    let values = eval_pairs(approximation, truth.pairs(), progress.part(0.9, 0.95))?;
-    let PairErrors {
-        all,
-        grazing,
-        rmse_over_mean,
-    } = truth.errors_of(&values);
+    let errors = truth.measure(approximation, progress.part(0.9, 0.95))?;
     let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
     let steps = progress
         .part(0.95, 1.0)
         .steps(VIEW_ANGLES_DEG.len() * STRATA.0 * STRATA.1);
-    Ok(ErrorReport {
-        seed,
-        all,
-        grazing,
-        rmse_over_mean,
-        bias: VIEW_ANGLES_DEG
-            .iter()
-            .map(|angle| bias(&reference, approximation, *angle, &steps))
-            .collect::<Result<_, _>>()?,
-    })
+    let bias = VIEW_ANGLES_DEG
+        .iter()
+        .map(|angle| bias(&reference, approximation, *angle, &steps))
+        .collect::<Result<_, _>>()?;
+    Ok(errors.report(seed, bias))
+}
+
+/// Measures a table against direct integration of its `fabric`: as [`measure`], if it has all pairs; else on up to `count` of those protocol
+/// pairs that it has, without directional reflectances, for which it would take all lights.
+///
+/// # Errors
+/// When `progress` says stop.
+pub fn measure_table(
+    fabric: &Fabric,
+    table: &Table,
+    count: usize,
+    seed: u64,
+    progress: Progress<'_>,
+) -> Result<ErrorReport, Cancelled> {
+    if table.has_all_pairs() {
+        return measure(fabric, &Baked(table), count, seed, progress);
+    }
+    let pairs = baked_pairs(fabric, table, count, seed);
+    let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
+    let truth = Truth::of_model(&reference, pairs, progress.part(0.0, 0.9))?;
+    let errors = truth.measure(&Baked(table), progress.part(0.9, 1.0))?;
+    Ok(errors.report(seed, Vec::new()))
+}
+
+/// How many pairs are drawn for each that is wanted, at most.
+const DRAWS: usize = 64;
+
+/// Protocol pairs that the table has; of one for light from the viewer's direction such pairs.
+fn baked_pairs(fabric: &Fabric, table: &Table, count: usize, seed: u64) -> Vec<Pair> {
+    let single = |w: [f64; 3]| w.map(|x| x as f32);
+    let is_baked = |pair: &Pair| table.is_baked(single(pair.wi), single(pair.wr));
+    let draws = || endless_pairs(fabric, seed).take(DRAWS * count);
+    let pairs: Vec<Pair> = draws().filter(is_baked).take(count).collect();
+    if !pairs.is_empty() {
+        return pairs;
+    }
+    let collocated = draws().map(|pair| Pair {
+        wr: pair.wi,
+        kind: PairKind::Render,
+        ..pair
+    });
+    collocated.filter(is_baked).take(count).collect()
+}
+
+impl PairErrors {
+    fn report(self, seed: u64, bias: Vec<Bias>) -> ErrorReport {
+        let Self {
+            all,
+            grazing,
+            rmse_over_mean,
+        } = self;
+        ErrorReport {
+            seed,
+            all,
+            grazing,
+            rmse_over_mean,
+            bias,
+        }
+    }
 }
 
 /// ρ of every pair.

@@ -18,7 +18,7 @@ pub use verdict::{SinglePair, Verdict, Worst};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::bake::{Adapted, BakeError, Preset, Provenance, bake_as_promised};
+use crate::bake::{Adapted, BakeError, Preset, Provenance, Scope, bake_as_promised};
 use crate::chart::Chart;
 use crate::fabric::Fabric;
 use crate::metrics::{Physics, VALIDATION_SEED};
@@ -306,7 +306,12 @@ fn bakes(
         let mut settings = preset.settings();
         settings.error_pairs = BAKE_PAIRS;
         let end = done + weight / total;
-        let (table, kept) = bake_as_promised(fabric, &settings, progress.part(done, end))?;
+        let (table, kept) = bake_as_promised(
+            fabric,
+            &settings,
+            &Scope::default(),
+            progress.part(done, end),
+        )?;
         done = end;
         bakes.push((Baking::new(*preset, kept, &table), table));
     }

@@ -117,13 +117,21 @@ fn middle(depth: u32, knots: &[u16]) -> Option<usize> {
 }
 
 impl Axis {
-    /// An axis along which nothing changes: one knot, one coefficient.
+    /// An axis along which nothing changes: one knot, 0, one coefficient.
     pub fn flat() -> Self {
+        Self::point(0, 0)
+    }
+
+    /// An axis along which all that is needed is at one place, in units of 2^−`depth`: one coefficient, which counts for all. A place
+    /// beyond 1 counts as 1.
+    pub fn point(depth: u32, knot: u16) -> Self {
+        let depth = depth.min(MAX_DEPTH);
+        let unit = 1u16 << depth;
         Self {
-            depth: 0,
-            knots: vec![0],
+            depth,
+            knots: vec![knot.min(unit)],
             kink: None,
-            firsts: vec![0; 2],
+            firsts: vec![0; usize::from(unit) + 1],
             // With t = 0 all weight is on the first coefficient.
             cells: vec![Cell {
                 falling: 1.0,
@@ -294,6 +302,20 @@ impl Axis {
             &self.firsts,
             (u * V::of(f64::from(1u32 << self.depth))).truncate(),
         )
+    }
+
+    /// First coefficients of its cells, ascending.
+    pub(crate) fn firsts(&self) -> impl Iterator<Item = usize> + '_ {
+        let cells = self.knots.len().max(2) - 1;
+        (0..cells).map(|cell| self.first_of(cell))
+    }
+
+    /// The nearest coordinate of the cell that begins with a coefficient.
+    pub(crate) fn clamp(&self, first: u32, u: f32) -> f32 {
+        let cell = &self.cells[first as usize];
+        let end = cell.start + 1.0 / cell.inverse_width;
+        // max before min: it replaces NaN.
+        u.max(cell.start).min(end)
     }
 
     /// The weights of the three coefficients from `first` on, at a coordinate for which it is that.

@@ -4,9 +4,11 @@
 
 use alloc::{borrow::ToOwned, string::String, vec, vec::Vec};
 
-use super::grid::{CHANNELS, PADDING};
+use super::grid::PADDING;
+use super::rows::Run;
 use super::{
-    Axis, Encoding, Error, Grid, Grids, MAX_KNOTS, Samples, Table, ThreadParameters, ThreadTable,
+    Axis, CHANNELS, Content, Encoding, Error, Grid, Grids, MAX_KNOTS, Rows, Samples, Table,
+    ThreadParameters, ThreadTable,
 };
 use crate::brdf::{Optics, Reweighting, limits};
 use crate::chart::{Chart, Coordinates};
@@ -14,7 +16,7 @@ use crate::chart::{Chart, Coordinates};
 /// Major version of the format: readers refuse what they do not know.
 pub const MAJOR: u16 = 2;
 /// Minor version of the format.
-pub const MINOR: u16 = 3;
+pub const MINOR: u16 = 4;
 /// The most memory that samples and metadata of one file may take, whatever its header says.
 pub const MAX_DECODED_BYTES: u64 = 256 << 20;
 
@@ -93,8 +95,8 @@ impl Table {
         for _ in 0..thread_count {
             threads.push(reader.thread(minor)?);
         }
-        let grid_count: usize = threads.iter().map(|(_, grids)| grids.count()).sum();
-        if chunk_count as usize != grid_count + 1 {
+        let grid_chunks: usize = threads.iter().map(|(_, grids)| grids.chunks()).sum();
+        if chunk_count as usize != grid_chunks + 1 {
             return Err(reader.invalid("number of chunks"));
         }
         let coverage: f64 = threads.iter().map(|(thread, _)| thread.coverage).sum();
@@ -118,27 +120,24 @@ impl Table {
                 offset: metadata_chunk.offset,
             });
         }
-        let metadata = String::from_utf8(decode(bytes, metadata_chunk, None, "metadata")?)
+        let metadata = String::from_utf8(decode(bytes, metadata_chunk, Words::None, "metadata")?)
             .map_err(|_| Error::Invalid {
-                what: "metadata is not UTF-8",
-                offset: metadata_chunk.offset,
-            })?;
+            what: "metadata is not UTF-8",
+            offset: metadata_chunk.offset,
+        })?;
         let mut loaded = Vec::new();
         for (parameters, grids) in threads {
             let grids = grids.try_map(|grid| {
-                let chunk = grid_chunks.next();
-                grid.load(bytes, chunk.ok_or(reader.invalid("number of chunks"))?)
+                let mut next = || grid_chunks.next().ok_or(reader.invalid("number of chunks"));
+                let samples = next()?;
+                let runs = if grid.has_runs { Some(next()?) } else { None };
+                grid.load(bytes, samples, runs)
             })?;
             loaded.push(ThreadTable::new(parameters, grids));
         }
-        let table = Self {
-            threads: loaded,
-            gap: (1.0 - coverage).max(0.0) as f32,
-            sigma_u,
-            rho_scale,
-            reweighting,
-            metadata,
-        };
+        let gap = (1.0 - coverage).max(0.0) as f32;
+        let mut table = Self::new(loaded, gap, sigma_u, rho_scale, reweighting);
+        table.metadata = metadata;
         if table.format() != (MAJOR, minor) {
             return Err(Error::Invalid {
                 what: "minor version",
@@ -220,31 +219,37 @@ fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<
     Ok(())
 }
 
-/// A chunk's bytes, checked and decompressed; `word` is the size of its numbers, if it is of such.
-fn decode(
-    bytes: &[u8],
-    chunk: &Chunk,
-    word: Option<usize>,
-    part: &'static str,
-) -> Result<Vec<u8>, Error> {
+/// What numbers a chunk is of.
+#[derive(Clone, Copy)]
+enum Words {
+    /// None: it is text.
+    None,
+    /// Of so many bytes, each like the one so many before it.
+    Of { bytes: usize, before: usize },
+}
+
+/// A chunk's bytes, checked and decompressed.
+fn decode(bytes: &[u8], chunk: &Chunk, words: Words, part: &'static str) -> Result<Vec<u8>, Error> {
     let stored = &bytes[chunk.offset..chunk.offset + chunk.stored_bytes];
     if crc32fast::hash(stored) != chunk.crc {
         return Err(Error::Checksum { part });
     }
-    let decoded = match chunk.codec {
+    let decoded = match (chunk.codec, words) {
         // Not copied before it is known to be of the size that the cap on memory counts on.
-        Codec::Stored if stored.len() != chunk.decoded_bytes => return Err(Error::Decompression),
-        Codec::Stored => stored.to_owned(),
-        Codec::Zstd => decompress(stored, chunk.decoded_bytes)?,
-        Codec::ZstdPlanes => match word {
-            Some(word) => join_planes(&decompress(stored, chunk.decoded_bytes)?, word),
-            None => {
-                return Err(Error::Invalid {
-                    what: "codec of the metadata",
-                    offset: chunk.offset,
-                });
-            }
-        },
+        (Codec::Stored, _) if stored.len() != chunk.decoded_bytes => {
+            return Err(Error::Decompression);
+        }
+        (Codec::Stored, _) => stored.to_owned(),
+        (Codec::Zstd, _) => decompress(stored, chunk.decoded_bytes)?,
+        (Codec::ZstdPlanes, Words::Of { bytes, before }) => {
+            join_planes(&decompress(stored, chunk.decoded_bytes)?, bytes, before)
+        }
+        (Codec::ZstdPlanes, Words::None) => {
+            return Err(Error::Invalid {
+                what: "codec of the metadata",
+                offset: chunk.offset,
+            });
+        }
     };
     if decoded.len() == chunk.decoded_bytes {
         Ok(decoded)
@@ -270,15 +275,15 @@ fn decompress(_: &[u8], _: usize) -> Result<Vec<u8>, Error> {
     Err(Error::NoZstd)
 }
 
-/// Neighbouring numbers differ little: stores the difference of each little-endian `word` to the one of the node before
-/// it (of the same channel), wrapping, then all words' lowest bytes, all second bytes and so on.
+/// Neighbouring numbers differ little: stores the difference of each little-endian `word` to the one so many `before` it (of the same
+/// channel), wrapping, then all words' lowest bytes, all second bytes and so on.
 #[cfg(feature = "zstd")]
-fn split_planes(bytes: &[u8], word: usize) -> Vec<u8> {
+fn split_planes(bytes: &[u8], word: usize, before: usize) -> Vec<u8> {
     let count = bytes.len() / word;
     let mut planes = vec![0; bytes.len()];
     for i in 0..count {
         let at = |i: usize| read_word(&bytes[i * word..(i + 1) * word]);
-        let difference = at(i).wrapping_sub(if i < CHANNELS { 0 } else { at(i - CHANNELS) });
+        let difference = at(i).wrapping_sub(if i < before { 0 } else { at(i - before) });
         for k in 0..word {
             planes[k * count + i] = difference.to_le_bytes()[k];
         }
@@ -287,17 +292,25 @@ fn split_planes(bytes: &[u8], word: usize) -> Vec<u8> {
 }
 
 /// The inverse of [`split_planes`].
-fn join_planes(planes: &[u8], word: usize) -> Vec<u8> {
+fn join_planes(planes: &[u8], word: usize, before: usize) -> Vec<u8> {
     match word {
-        1 => join_words(planes, u8::from_le_bytes, u8::wrapping_add, u8::to_le_bytes),
+        1 => join_words(
+            planes,
+            before,
+            u8::from_le_bytes,
+            u8::wrapping_add,
+            u8::to_le_bytes,
+        ),
         2 => join_words(
             planes,
+            before,
             |[low, high]| u16::from_le_bytes([low, high]),
             u16::wrapping_add,
             u16::to_le_bytes,
         ),
         4 => join_words(
             planes,
+            before,
             u32::from_le_bytes,
             u32::wrapping_add,
             u32::to_le_bytes,
@@ -306,9 +319,10 @@ fn join_planes(planes: &[u8], word: usize) -> Vec<u8> {
     }
 }
 
-/// Sums up the differences in the `N` planes, per channel.
+/// Sums up the differences in the `N` planes, to the number so many, at most [`CHANNELS`], `before`.
 fn join_words<T: Copy + Default, const N: usize>(
     planes: &[u8],
+    before: usize,
     from_bytes: impl Fn([u8; N]) -> T,
     add: impl Fn(T, T) -> T,
     to_bytes: impl Fn(T) -> [u8; N],
@@ -316,13 +330,10 @@ fn join_words<T: Copy + Default, const N: usize>(
     let count = planes.len() / N;
     let planes: [&[u8]; N] = core::array::from_fn(|k| &planes[k * count..(k + 1) * count]);
     let mut bytes = vec![0; count * N];
-    let mut before = [T::default(); CHANNELS];
+    let mut last = [T::default(); CHANNELS];
     for (i, out) in bytes.chunks_exact_mut(N).enumerate() {
-        let value = add(
-            before[i % CHANNELS],
-            from_bytes(planes.map(|plane| plane[i])),
-        );
-        before[i % CHANNELS] = value;
+        let value = add(last[i % before], from_bytes(planes.map(|plane| plane[i])));
+        last[i % before] = value;
         out.copy_from_slice(&to_bytes(value));
     }
     bytes
@@ -336,15 +347,22 @@ fn read_word(bytes: &[u8]) -> u32 {
         .fold(0, |word, byte| word << 8 | u32::from(*byte))
 }
 
-impl<G> Grids<G> {
-    fn count(&self) -> usize {
+impl Grids<GridHeader> {
+    /// How many chunks they have.
+    fn chunks(&self) -> usize {
+        let of = |grid: &GridHeader| 1 + usize::from(grid.has_runs);
         match self {
             Self::None => 0,
-            Self::Segments(_) => 1,
-            Self::Curve { .. } => 2,
+            Self::Segments(grid) => of(grid),
+            Self::Curve {
+                response,
+                projection,
+            } => of(response) + of(projection),
         }
     }
+}
 
+impl<G> Grids<G> {
     /// The same with every grid made another, in the order of the file.
     fn try_map<T>(self, mut of: impl FnMut(G) -> Result<T, Error>) -> Result<Grids<T>, Error> {
         Ok(match self {
@@ -365,20 +383,30 @@ impl<G> Grids<G> {
 struct GridHeader {
     coordinates: Coordinates,
     encoding: Encoding,
+    content: Content,
+    /// Whether it has not all coefficients: a chunk says which.
+    has_runs: bool,
     scale: [f32; 2],
     axes: [Axis; 4],
 }
 
 impl GridHeader {
-    fn load(self, bytes: &[u8], chunk: &Chunk) -> Result<Grid, Error> {
-        let word = self.encoding.bytes();
-        // At most 1024⁴ · 2 · 4 = 2⁴³.
-        let expected = self
-            .axes
-            .iter()
-            .map(|axis| axis.len() as u64)
-            .product::<u64>()
-            * (CHANNELS * word) as u64;
+    fn load(self, bytes: &[u8], chunk: &Chunk, runs: Option<&Chunk>) -> Result<Grid, Error> {
+        let (word, channels) = (self.encoding.bytes(), self.content.channels());
+        let rows = match runs {
+            Some(chunk) => Some(self.load_rows(bytes, chunk)?),
+            None => None,
+        };
+        let coefficients = match &rows {
+            Some(rows) => rows.runs().iter().map(|run| u64::from(run.count)).sum(),
+            // At most 1025⁴, and with channels and bytes 2⁴³.
+            None => self
+                .axes
+                .iter()
+                .map(|axis| axis.len() as u64)
+                .product::<u64>(),
+        };
+        let expected = coefficients * (channels * word) as u64;
         if expected > MAX_DECODED_BYTES {
             return Err(Error::TooLarge { bytes: expected });
         }
@@ -388,7 +416,11 @@ impl GridHeader {
                 offset: chunk.offset,
             });
         }
-        let decoded = decode(bytes, chunk, Some(word), "samples")?;
+        let words = Words::Of {
+            bytes: word,
+            before: channels,
+        };
+        let decoded = decode(bytes, chunk, words, "samples")?;
         let samples = match self.encoding {
             Encoding::F32 | Encoding::SqrtF32 => Samples::F32(padded(&decoded, f32::from_le_bytes)),
             Encoding::I16 | Encoding::SqrtI16 => Samples::I16(padded(&decoded, i16::from_le_bytes)),
@@ -405,6 +437,8 @@ impl GridHeader {
         let Self {
             coordinates,
             encoding,
+            content,
+            has_runs: _,
             scale,
             axes,
         } = self;
@@ -412,11 +446,49 @@ impl GridHeader {
             coordinates,
             axes,
             encoding,
+            content,
             scale,
+            rows,
             samples,
         })
     }
+
+    fn load_rows(&self, bytes: &[u8], chunk: &Chunk) -> Result<Rows, Error> {
+        let rows: u64 = self.axes[1..]
+            .iter()
+            .map(|axis| axis.len() as u64)
+            .product();
+        if rows.saturating_mul(RUN_BYTES) != chunk.decoded_bytes as u64 {
+            return Err(Error::Invalid {
+                what: "size of runs",
+                offset: chunk.offset,
+            });
+        }
+        let decoded = decode(bytes, chunk, RUN_WORDS, "runs")?;
+        let number = |[low, high]: [u8; 2]| u16::from_le_bytes([low, high]);
+        let runs = decoded
+            .as_chunks()
+            .0
+            .iter()
+            .map(|[a, b, c, d]| Run {
+                first: number([*a, *b]),
+                count: number([*c, *d]),
+            })
+            .collect();
+        Rows::new(runs, &self.axes, self.content.channels()).ok_or(Error::Invalid {
+            what: "runs of coefficients",
+            offset: chunk.offset,
+        })
+    }
 }
+
+/// A run in a file: two u16 …
+const RUN_BYTES: u64 = 4;
+/// … each like that of the row before.
+const RUN_WORDS: Words = Words::Of {
+    bytes: 2,
+    before: 2,
+};
 
 /// What grids may be functions of: the first four are those of a straight thread's segments, which always look the same from
 /// both sides, the first nine those of any response, and all those of a projection.
@@ -668,7 +740,16 @@ impl Reader<'_> {
             4 => Encoding::SqrtI8,
             _ => return Err(self.invalid("encoding")),
         };
-        self.zero(1)?;
+        let flags = self.u8()?;
+        if flags > 7 || minor < 4 && flags != 0 {
+            return Err(self.invalid("what a grid leaves out"));
+        }
+        let content = match flags >> 1 {
+            0 => Content::Both,
+            1 => Content::Surface,
+            2 => Content::Volume,
+            _ => Content::Dyed,
+        };
         let mut scale = [0.0; CHANNELS];
         for scale in &mut scale {
             *scale = self.f32()?;
@@ -694,10 +775,16 @@ impl Reader<'_> {
                 knots.push(self.u16()?);
             }
             self.zero(self.offset.next_multiple_of(4) - self.offset)?;
-            let axis = if axis < coordinates.rank() {
-                Axis::new(depth.into(), knots, bends.unwrap_or(implied))
-            } else {
-                (depth == 0 && knots == [0]).then(Axis::flat)
+            let axis = match (axis < coordinates.rank(), &knots[..], depth) {
+                (false, [0], 0) => Some(Axis::flat()),
+                // All that is needed may be in the middle of an axis but the first, or at its lower end.
+                (true, [place @ (0 | 1)], depth)
+                    if minor >= 4 && axis > 0 && u16::from(depth) == *place =>
+                {
+                    Some(Axis::point(depth.into(), *place))
+                }
+                (true, ..) => Axis::new(depth.into(), knots, bends.unwrap_or(implied)),
+                (false, ..) => None,
             };
             let axis = axis.ok_or(self.invalid("knots of an axis"))?;
             if bends.is_some_and(|bends| bends != axis.has_kink()) {
@@ -709,6 +796,8 @@ impl Reader<'_> {
         Ok(GridHeader {
             coordinates,
             encoding,
+            content,
+            has_runs: flags & 1 == 1,
             scale,
             axes,
         })
@@ -757,11 +846,14 @@ mod write {
             )];
             for grid in &grids {
                 let (bytes, word) = (sample_bytes(&grid.samples), grid.encoding.bytes());
-                contents.push((
-                    Codec::ZstdPlanes,
-                    bytes.len(),
-                    compress(&split_planes(&bytes, word))?,
-                ));
+                let planes = split_planes(&bytes, word, grid.content.channels());
+                contents.push((Codec::ZstdPlanes, bytes.len(), compress(&planes)?));
+                if let Some(rows) = &grid.rows {
+                    let numbers = rows.runs().iter().flat_map(|run| [run.first, run.count]);
+                    let bytes: Vec<u8> = numbers.flat_map(u16::to_le_bytes).collect();
+                    let planes = split_planes(&bytes, 2, 2);
+                    contents.push((Codec::ZstdPlanes, bytes.len(), compress(&planes)?));
+                }
             }
 
             let mut body = Vec::new();
@@ -895,7 +987,13 @@ mod write {
             Encoding::SqrtI16 => 3,
             Encoding::SqrtI8 => 4,
         });
-        out.push(0);
+        let content = match grid.content {
+            Content::Both => 0,
+            Content::Surface => 1,
+            Content::Volume => 2,
+            Content::Dyed => 3,
+        };
+        out.push(content << 1 | u8::from(grid.rows.is_some()));
         for scale in grid.scale {
             out.extend(scale.to_le_bytes());
         }

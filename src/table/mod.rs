@@ -39,14 +39,20 @@ mod encoding;
 mod error;
 mod format;
 mod grid;
+mod misses;
+mod rows;
 
 pub(crate) use axis::TAPS;
 pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, REACH};
 pub use encoding::{Encoding, Samples};
 pub use error::Error;
 pub use format::{MAJOR, MAX_DECODED_BYTES, MINOR};
-pub use grid::Grid;
 pub(crate) use grid::{CHANNELS, ROW};
+pub use grid::{Content, Grid};
+pub(crate) use misses::Misses;
+#[cfg(feature = "bake")]
+pub(crate) use rows::Run;
+pub(crate) use rows::{Cell, Rows};
 
 use alloc::{boxed::Box, string::String, vec::Vec};
 
@@ -64,6 +70,9 @@ pub struct Table {
     pub(crate) rho_scale: f32,
     pub(crate) reweighting: Reweighting,
     pub(crate) metadata: String,
+    /// Whether pairs can be asked for that it was not baked for.
+    pub(crate) is_partial: bool,
+    pub(crate) misses: Misses,
 }
 
 impl Table {
@@ -81,7 +90,10 @@ impl Table {
     pub fn format(&self) -> (u16, u16) {
         let is_curve = |thread: &ThreadTable| thread.projection_grid().is_some();
         let mut grids = self.threads.iter().flat_map(ThreadTable::grids);
-        let minor = if !grids.all(Grid::has_implied_kinks) {
+        let is_less = |grid: &Grid| grid.is_partial() || grid.content != Content::Both;
+        let minor = if grids.clone().any(is_less) {
+            4
+        } else if !grids.all(Grid::has_implied_kinks) {
             3
         } else if self.threads.iter().any(is_curve) {
             2
@@ -102,6 +114,50 @@ impl Table {
     pub fn decoded_bytes(&self) -> usize {
         let grids = self.threads.iter().flat_map(ThreadTable::grids);
         grids.map(Grid::bytes).sum()
+    }
+
+    /// A table with these threads; its metadata are empty.
+    pub(crate) fn new(
+        threads: Vec<ThreadTable>,
+        gap: f32,
+        sigma_u: f32,
+        rho_scale: f32,
+        reweighting: Reweighting,
+    ) -> Self {
+        let is_partial =
+            |thread: &ThreadTable| !thread.takes_albedo() || thread.grids().any(Grid::is_partial);
+        Self {
+            is_partial: threads.iter().any(is_partial),
+            threads,
+            gap,
+            sigma_u,
+            rho_scale,
+            reweighting,
+            metadata: String::new(),
+            misses: Misses::default(),
+        }
+    }
+
+    /// Whether pairs, or albedos, can be asked for that it was not baked for: see [`Table::misses`].
+    pub fn is_partial(&self) -> bool {
+        self.is_partial
+    }
+
+    /// Whether it has every pair of directions.
+    pub fn has_all_pairs(&self) -> bool {
+        let mut grids = self.threads.iter().flat_map(ThreadTable::grids);
+        !grids.any(Grid::is_partial)
+    }
+
+    /// How many pairs were looked up, in threads and batches of any kind, that the table was not baked for, or with another albedo than it was
+    /// baked with. They get the nearest value that there is. It is 0 for a table of everything.
+    pub fn misses(&self) -> usize {
+        self.misses.count()
+    }
+
+    /// Counts from 0 again.
+    pub fn reset_misses(&self) {
+        self.misses.reset();
     }
 
     /// TOML text that says what made the table: fabric, settings, tool, measured error.
@@ -248,8 +304,13 @@ impl ThreadTable {
         }
     }
 
+    /// Whether it serves any albedo, or its own alone.
+    pub fn takes_albedo(&self) -> bool {
+        self.grid().is_none_or(|grid| grid.content.takes_albedo())
+    }
+
     /// All grids, in the order of the file.
-    pub(crate) fn grids(&self) -> impl Iterator<Item = &Grid> {
+    pub(crate) fn grids(&self) -> impl Iterator<Item = &Grid> + Clone {
         self.grid().into_iter().chain(self.projection_grid())
     }
 

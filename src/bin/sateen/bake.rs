@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use sateen::bake::{Budget, Preset, Promise, Provenance, Settings, bake_as_promised, bake_within};
+use sateen::bake::{
+    Budget, Preset, Promise, Provenance, Scope, Settings, bake_as_promised, bake_within,
+};
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
 use sateen::metrics::conserving;
 use sateen::progress::Progress;
@@ -36,11 +38,12 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     }
     let paths = output_paths(&fabrics, args.output.as_deref())?;
     let settings = settings(args);
+    let scope = Scope::default();
     // Outputs are tried before any work begins.
     let targets: Vec<Target> = fabrics
         .iter()
         .zip(&paths)
-        .map(|(fabric, path)| Target::of(fabric, path, &settings, args.resume))
+        .map(|(fabric, path)| Target::of(fabric, path, &settings, &scope, args.resume))
         .collect::<Result<_>>()?;
 
     let budget = Budget {
@@ -69,12 +72,12 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         let interrupted = || format!("{} was not written", path.display());
         let progress = Progress::new(&report);
         let (table, cost, within) = if is_limited {
-            let (table, cost) =
-                bake_within(fabric, &settings, &budget, progress).with_context(interrupted)?;
+            let (table, cost) = bake_within(fabric, &settings, &budget, &scope, progress)
+                .with_context(interrupted)?;
             (table, Some(cost), budget.holds(&cost))
         } else {
             let (table, within) =
-                bake_as_promised(fabric, &settings, progress).with_context(interrupted)?;
+                bake_as_promised(fabric, &settings, &scope, progress).with_context(interrupted)?;
             (table, None, within)
         };
         let provenance = Provenance::of(&table).context("metadata just written")?;
@@ -169,9 +172,15 @@ enum Target {
 }
 
 impl Target {
-    fn of(fabric: &Fabric, path: &Path, settings: &Settings, resume: bool) -> Result<Self> {
+    fn of(
+        fabric: &Fabric,
+        path: &Path,
+        settings: &Settings,
+        scope: &Scope<'_>,
+        resume: bool,
+    ) -> Result<Self> {
         let kept = if resume {
-            Kept::find(fabric, path, settings)
+            Kept::find(fabric, path, settings, scope)
         } else {
             None
         };
@@ -191,14 +200,14 @@ struct Kept {
 
 impl Kept {
     /// Whatever else is at `path`, or nothing, is no reason to stop: it is baked again.
-    fn find(fabric: &Fabric, path: &Path, settings: &Settings) -> Option<Self> {
+    fn find(fabric: &Fabric, path: &Path, settings: &Settings, scope: &Scope<'_>) -> Option<Self> {
         // What is in a pipe can be read only once, and is not for a bake.
         if !path.is_file() {
             return None;
         }
         let (table, file_bytes) = load_table(path).ok()?;
         let (provenance, _) = provenance(&table, path).ok()?;
-        provenance.is_of(fabric, settings).then(|| Self {
+        provenance.is_of(fabric, settings, scope).then(|| Self {
             decoded_bytes: table.decoded_bytes(),
             file_bytes,
             provenance,

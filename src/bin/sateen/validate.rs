@@ -1,7 +1,7 @@
 //! `sateen validate`
 
 use anyhow::Result;
-use sateen::metrics::{Baked, Physics, measure};
+use sateen::metrics::{Physics, measure_table};
 use sateen::progress::Progress;
 use serde_json::{Value, json};
 
@@ -25,9 +25,9 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     for (path, table, file_bytes, fabric) in &tables {
         bar.begin(&fabric.name);
         let report = |share: f64| bar.report(share);
-        let error = measure(
+        let error = measure_table(
             fabric,
-            &Baked(table),
+            table,
             args.pairs as usize,
             args.seed,
             Progress::new(&report),

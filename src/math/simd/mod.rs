@@ -29,7 +29,7 @@ pub trait Vector: Lanes {
     /// As many table indices.
     type Index: Copy;
     /// As many table indices in memory.
-    type IndexArray: Copy + AsRef<[u32]>;
+    type IndexArray: Copy + AsRef<[u32]> + AsMut<[u32]>;
 
     /// From memory.
     fn from_array(array: Self::Array) -> Self;

@@ -1,0 +1,236 @@
+//! What a table is baked for, if not for everything: which pairs of directions, and whether albedos change.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::chart::{Coordinates, Range, Span};
+use crate::fabric::Thread;
+use crate::math::simd::Single;
+use crate::needs::{Cap, Directions, Needs};
+use crate::table::{Axis, Content, REACH, Run, TAPS};
+
+/// What a table will be asked for.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Scope<'a> {
+    /// These pairs alone, if it is known.
+    pub needs: Option<&'a Needs>,
+    /// Whether albedos stay those of the fabric. Where they are grey one channel is enough.
+    pub fixed_albedo: bool,
+}
+
+/// What a table was baked for, as its metadata tell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ScopeNote {
+    /// Whether albedos stay those of the fabric.
+    pub fixed_albedo: bool,
+    /// The share of all pairs of directions that was needed, if not all; those with wi = wr have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// CRC-32 of the file of [`Needs`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub needs: Option<u32>,
+}
+
+impl Scope<'_> {
+    /// As metadata; none for everything.
+    pub fn note(&self) -> Option<ScopeNote> {
+        let is_less = self.fixed_albedo || self.needs.is_some();
+        is_less.then(|| ScopeNote {
+            fixed_albedo: self.fixed_albedo,
+            share: self.needs.map(Needs::share),
+            needs: self.needs.map(|needs| crc32fast::hash(&needs.to_bytes())),
+        })
+    }
+
+    /// The channels that a thread's grid needs.
+    pub(super) fn content(&self, thread: &Thread) -> Content {
+        let [r, g, b] = thread.albedo;
+        // Nothing is reflected where light enters a medium like the one it comes from.
+        if thread.optics.eta == 1.0 {
+            Content::Volume
+        } else if !self.fixed_albedo || r != g || g != b {
+            Content::Both
+        } else if r == 0.0 {
+            Content::Surface
+        } else {
+            Content::Dyed
+        }
+    }
+}
+
+/// The coefficients of a grid that are needed, and the sites that they depend on.
+pub(super) struct Needed {
+    /// By row `[u₃][u₂][u₁]`: coefficients.
+    pub(super) runs: Vec<Run>,
+    /// By row: sites.
+    pub(super) sites: Vec<Run>,
+}
+
+impl Needed {
+    /// Those for what a thread with that direction is asked for.
+    pub(super) fn new(
+        needs: &Needs,
+        coordinates: Coordinates,
+        direction: f64,
+        axes: &[Axis; 4],
+    ) -> Self {
+        let cells = cells(needs, coordinates, direction, axes);
+        let lengths = axes.each_ref().map(Axis::len);
+        let taps = axes
+            .each_ref()
+            .map(|axis| if axis.is_flat() { 1 } else { TAPS });
+        let mut runs = vec![Run::default(); cells.len()];
+        for (cell, [first, last]) in cells.into_iter().enumerate() {
+            if first > last {
+                continue;
+            }
+            for d in 0..taps[3] {
+                for c in 0..taps[2] {
+                    for b in 0..taps[1] {
+                        let row = cell + b + lengths[1] * (c + lengths[2] * d);
+                        runs[row].join(first, last + TAPS as u16 - 1);
+                    }
+                }
+            }
+        }
+        let mut sites = runs.clone();
+        join_mirrored(&mut sites, coordinates, lengths);
+        for axis in 1..4 {
+            widen(&mut sites, axis, lengths);
+        }
+        let end = lengths[0] as u16;
+        for run in sites.iter_mut().filter(|run| run.count > 0) {
+            let first = run.first.saturating_sub(REACH as u16);
+            *run = Run {
+                first,
+                count: (run.end() + REACH as u16).min(end) - first,
+            };
+        }
+        Self { runs, sites }
+    }
+}
+
+/// Where all pairs that are needed have the same coordinate, an axis has one place: so have light and viewer in the same direction.
+pub(super) fn collapse(axes: &mut [Axis; 4], needs: &Needs, coordinates: Coordinates) {
+    if !needs.has_no_pairs() || needs.is_empty() {
+        return;
+    }
+    match coordinates {
+        Coordinates::Thread { .. } => {
+            axes[1] = Axis::point(1, 1);
+            axes[2] = Axis::point(1, 1);
+        }
+        Coordinates::Isotropic => {
+            axes[1] = Axis::point(1, 1);
+            axes[2] = Axis::point(0, 0);
+        }
+        Coordinates::View { .. } => {}
+    }
+}
+
+/// By first row of a cell of u₁, u₂ and u₃: from which to which first coefficient of u₀ it is asked for; from 1 to 0 if it is not.
+fn cells(
+    needs: &Needs,
+    coordinates: Coordinates,
+    direction: f64,
+    axes: &[Axis; 4],
+) -> Vec<[u16; 2]> {
+    const NONE: [u16; 2] = [u16::MAX, 0];
+    let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
+    let frame = crate::brdf::ThreadFrame::<f64>::new(direction);
+    let spans: Vec<Span> = Directions::caps()
+        .into_iter()
+        .map(|Cap { axis, radius }| {
+            Span::new(Cap {
+                axis: frame.to_thread(axis),
+                radius,
+            })
+        })
+        .collect();
+    let first = |axis: usize, u: f64| {
+        let [first] = axes[axis].first(Single(u as f32));
+        first as usize
+    };
+    let mark = |cells: &mut [[u16; 2]], ranges: [Range; 4]| {
+        let ends = |axis: usize| ranges[axis].map(|u| first(axis, u));
+        let [from, to] = ends(0).map(|first| first as u16);
+        let [range_1, range_2, range_3] = [ends(1), ends(2), ends(3)];
+        for f3 in range_3[0]..=range_3[1] {
+            for f2 in range_2[0]..=range_2[1] {
+                for f1 in range_1[0]..=range_1[1] {
+                    let cell = &mut cells[f1 + n1 * (f2 + n2 * f3)];
+                    *cell = [cell[0].min(from), cell[1].max(to)];
+                }
+            }
+        }
+    };
+    let nothing = || vec![NONE; n1 * n2 * n3];
+    let of_pairs = (0..spans.len())
+        .into_par_iter()
+        .fold(nothing, |mut cells, light| {
+            for viewer in needs.viewers(light).bins() {
+                coordinates.enclose(&spans[light], &spans[viewer], |ranges| {
+                    mark(&mut cells, ranges);
+                });
+            }
+            cells
+        });
+    let mut cells = of_pairs.reduce(nothing, |mut a, b| {
+        for (a, b) in a.iter_mut().zip(b) {
+            *a = [a[0].min(b[0]), a[1].max(b[1])];
+        }
+        a
+    });
+    for both in needs.collocated().bins() {
+        coordinates.enclose_collocated(&spans[both], |ranges| mark(&mut cells, ranges));
+    }
+    cells
+}
+
+/// Where a face is mirrored into itself, both sides make the coefficients of either.
+fn join_mirrored(sites: &mut [Run], coordinates: Coordinates, [_, n1, n2, n3]: [usize; 4]) {
+    let [_, ends_fold, sides_fold, _] = coordinates.mirrored();
+    let mut join = |a: usize, b: usize, of: fn(Run) -> Run| {
+        let (run_a, run_b) = (of(sites[a]), of(sites[b]));
+        for (to, run) in [(b, run_a), (a, run_b)] {
+            if run.count > 0 {
+                sites[to].join(run.first, run.end() - 1);
+            }
+        }
+    };
+    if sides_fold {
+        for f2 in 0..n2 / 2 {
+            for f1 in 0..n1 {
+                join(f2 * n1 + f1, (n2 - 1 - f2) * n1 + f1, |run| run);
+            }
+        }
+    }
+    if ends_fold {
+        for plane in 0..n2 * n3 {
+            for f1 in 0..n1 / 2 {
+                // Of u₀ the first.
+                join(plane * n1 + f1, plane * n1 + n1 - 1 - f1, |run| Run {
+                    first: 0,
+                    count: u16::from(run.first == 0 && run.count > 0),
+                });
+            }
+        }
+    }
+}
+
+/// Every row has what rows within [`REACH`] of it along an axis have.
+fn widen(rows: &mut [Run], axis: usize, lengths: [usize; 4]) {
+    let stride: usize = lengths[1..axis].iter().product();
+    let given = rows.to_vec();
+    for (row, wide) in rows.iter_mut().enumerate() {
+        let place = row / stride % lengths[axis];
+        let from = place.saturating_sub(REACH);
+        let to = (place + REACH).min(lengths[axis] - 1);
+        for other in from..=to {
+            let run = given[row + other * stride - place * stride];
+            if run.count > 0 {
+                wide.join(run.first, run.end() - 1);
+            }
+        }
+    }
+}
