@@ -125,7 +125,7 @@ fn all_of(axes: &[Axis; 4]) -> Run {
 }
 
 /// The rows, complete, whose coefficients the scale is that of: every second along each axis, and the last.
-fn scaling_rows(axes: &[Axis; 4]) -> Vec<Run> {
+pub(super) fn scaling_rows(axes: &[Axis; 4]) -> Vec<Run> {
     let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
     let is_one = |place: usize, length: usize| place.is_multiple_of(2) || place + 1 == length;
     let row = |row: usize| {

@@ -7,6 +7,7 @@
 mod budget;
 mod choose;
 mod encode;
+mod forecast;
 mod integrate;
 mod plan;
 mod promise;
@@ -15,6 +16,7 @@ mod settings;
 
 pub use budget::{Budget, Cost, bake_within};
 pub use choose::{Choice, Direct};
+pub use forecast::{Forecast, GridForecast, Projection, ThreadForecast, forecast};
 pub use promise::{Adapted, Promise, bake_as_promised};
 pub use scope::{Scope, ScopeNote};
 pub use settings::{Preset, Settings};

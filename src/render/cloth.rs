@@ -13,6 +13,9 @@ use crate::table::Table;
 /// ρ of pairs: wi, wr, and where r, g and b go, all of the same length.
 pub type Evaluate = dyn Fn([&[f32]; 3], [&[f32]; 3], [&mut [f32]; 3]) + Send + Sync;
 
+/// ρ that shows what a table lacks: magenta.
+pub const MISSING: [f32; 3] = [1.0, 0.0, 1.0];
+
 /// A cloth and a way to evaluate it.
 #[derive(Clone)]
 pub enum Cloth {
@@ -33,8 +36,27 @@ pub enum Swatch {
 impl Cloth {
     /// A table, and the albedos to use it with, as [`Table::eval_cos_with`] takes them: none are the table's own.
     pub fn table(table: Table, albedos: Vec<[f32; 3]>) -> Self {
+        Self::shared(Arc::new(table), albedos)
+    }
+
+    /// The same of a table that others use, too.
+    pub fn shared(table: Arc<Table>, albedos: Vec<[f32; 3]>) -> Self {
         Self::Even(Arc::new(move |wi, wr, rho| {
             lookup(&table, &albedos, wi, wr, rho);
+        }))
+    }
+
+    /// The same, with [`MISSING`] where the table was not baked.
+    pub fn tinted(table: Arc<Table>, albedos: Vec<[f32; 3]>) -> Self {
+        Self::Even(Arc::new(move |wi, wr, rho| {
+            let [r, g, b] = rho;
+            lookup(&table, &albedos, wi, wr, [r, g, b]);
+            for (index, ((r, g), b)) in r.iter_mut().zip(g).zip(b).enumerate() {
+                let [wi, wr] = [wi, wr].map(|w| w.map(|w| w[index]));
+                if !table.is_baked(wi, wr) {
+                    [*r, *g, *b] = MISSING;
+                }
+            }
         }))
     }
 

@@ -23,7 +23,7 @@ mod mesh;
 mod shape;
 
 use cloth::Points;
-pub use cloth::{Cloth, Evaluate, Swatch};
+pub use cloth::{Cloth, Evaluate, MISSING, Swatch};
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;

@@ -190,6 +190,16 @@ impl Rows {
         size_of_val(&self.runs[..]) + size_of_val(&self.offsets[..]) + size_of_val(&self.cells[..])
     }
 
+    /// Whether the cell that begins with these coefficients has all that it needs.
+    #[cfg(feature = "bake")]
+    pub(crate) fn has(&self, [f0, f1, f2, f3]: [usize; 4]) -> bool {
+        let [s1, s2, s3] = self.strides;
+        match self.cell(s1 * f1 + s2 * f2 + s3 * f3) {
+            Cell::Baked { first, last } => (first as usize..=last as usize).contains(&f0),
+            Cell::Elsewhere(_) => false,
+        }
+    }
+
     /// How many of the cells have coefficients, of how many.
     pub(crate) fn baked_cells(&self, axes: &[Axis; 4]) -> [usize; 2] {
         let n0 = axes[0].firsts().count();

@@ -1,12 +1,12 @@
 //! `sateen info`
 
 use anyhow::Result;
-use sateen::bake::Provenance;
+use sateen::bake::{Provenance, ScopeNote};
 use sateen::chart::Coordinates;
 use sateen::fabric::Fabric;
 use sateen::metrics::Reflectance;
 use sateen::model::ModelKind;
-use sateen::table::{Axis, Grid, Table, ThreadTable};
+use sateen::table::{Axis, Content, Grid, Table, ThreadTable};
 use serde_json::{Map, Value, json};
 
 use crate::Outcome;
@@ -57,6 +57,9 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             ", more than arrives\n"
         };
     }
+    if let Some(scope) = &provenance.scope {
+        text += &scope_text(scope);
+    }
     for thread in table.threads() {
         text += &thread_text(thread);
     }
@@ -77,6 +80,27 @@ fn reflectance_of_models(fabric: &Fabric) -> impl Iterator<Item = (ModelKind, Re
         let model = kind.prepare::<f64>(&fabric.models).ok()??;
         Some((kind, Reflectance::of(&*model)))
     })
+}
+
+/// What the table was baked for, and what that left out.
+fn scope_text(scope: &ScopeNote) -> String {
+    let mut text = String::new();
+    match scope.share {
+        Some(share) if share > 0.0 => {
+            text += &format!(
+                "  baked for  {:.1} % of all pairs of directions; others get the nearest value, and are counted\n",
+                100.0 * share
+            );
+        }
+        Some(_) => {
+            text += "  baked for  light from the viewer's direction; other pairs get the nearest value, and are counted\n";
+        }
+        None => {}
+    }
+    if scope.fixed_albedo {
+        text += "  albedo     stays as it is\n";
+    }
+    text
 }
 
 fn energy_text(fabric: &Fabric, reflectance: &Reflectance) -> String {
@@ -142,8 +166,22 @@ fn grid_text(grid: &Grid) -> String {
         ),
         Coordinates::View { .. } => ("view".to_owned(), String::new()),
     };
+    let [baked, cells] = grid.baked_cells();
+    let mut left_out = String::new();
+    if baked < cells {
+        left_out += &format!(
+            ", of which {:.1} % of the cells are needed",
+            100.0 * baked as f64 / cells as f64
+        );
+    }
+    left_out += match grid.content() {
+        Content::Both => "",
+        Content::Surface => ", without V (the albedo is 0 and stays so)",
+        Content::Volume => ", without S (eta is 1: no surface reflects)",
+        Content::Dyed => ", S + A V in one channel (the albedo is grey and stays as it is)",
+    };
     format!(
-        "{chart} chart, {} coefficients as {}, {}{fold}",
+        "{chart} chart, {} coefficients{left_out} as {}, {}{fold}",
         axes.join(" × "),
         name_of(&grid.encoding()),
         bytes(grid.bytes())
@@ -177,6 +215,8 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             "folded": ends_fold,
             "sides_folded": sides_fold,
             "bytes": grid.bytes(),
+            "content": grid.content(),
+            "cells": { "baked": grid.baked_cells()[0], "all": grid.baked_cells()[1] },
             "axes": grid.axes().iter().zip(coordinates.names()).map(axis).collect::<Value>(),
         })
     };
@@ -214,6 +254,7 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             .collect::<Map<String, Value>>(),
         "threads": table.threads().iter().map(thread).collect::<Value>(),
         "tool": provenance.tool,
+        "scope": provenance.scope,
         "settings": provenance.settings,
         "fabric": provenance.fabric,
         "error": provenance.error,
