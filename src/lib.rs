@@ -33,7 +33,8 @@
 //!
 //! Each names only those before it: [`math`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
 //! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
-//! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]. The tool uses only what is public here.
+//! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
+//! [`scene`]. The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -43,6 +44,7 @@
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
 //! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
 //! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
+//! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
 //! | `cli` | the tool; the default |
 //!
@@ -79,5 +81,7 @@ pub mod progress;
 pub mod render;
 #[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "scene")]
+pub mod scene;
 #[cfg(feature = "report")]
 pub mod stress;

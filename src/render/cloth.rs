@@ -86,10 +86,44 @@ impl Cloth {
     }
 }
 
-/// Points of a cloth that is lit and seen: structures of arrays.
+/// Points of a cloth that a directional light shines on.
 pub(super) struct Points<'a> {
-    cloth: &'a Cloth,
+    pairs: Pairs<'a>,
     light: &'a Light,
+}
+
+impl<'a> Points<'a> {
+    /// None yet; a pattern repeats `repeats` times along an arc length of 1.
+    pub(super) fn new(cloth: &'a Cloth, light: &'a Light, repeats: f64) -> Self {
+        Self {
+            pairs: Pairs::new(cloth, repeats),
+            light,
+        }
+    }
+
+    /// One more.
+    pub(super) fn push(&mut self, place: &Place) {
+        let axes = [place.warp, place.weft, place.normal];
+        let [x, y, z] = self.light.direction;
+        let wi = axes.map(|axis| (axis[0] * x + axis[1] * y + axis[2] * z) as f32);
+        // The viewer is at (0, 0, 1).
+        let wr = axes.map(|axis| axis[2] as f32);
+        self.pairs.push(wi, wr, place.arc);
+    }
+
+    /// Radiance of every point, linear RGB.
+    pub(super) fn radiance(&self) -> Vec<[f32; 3]> {
+        let of_rho = |rho| radiance(rho, self.light.strength);
+        let [r, g, b] = self.pairs.rho();
+        (0..r.len())
+            .map(|index| [r[index], g[index], b[index]].map(of_rho))
+            .collect()
+    }
+}
+
+/// Pairs of directions that a cloth is asked for, and where on it: structures of arrays.
+pub(crate) struct Pairs<'a> {
+    cloth: &'a Cloth,
     /// From arc lengths to the pattern's u and v.
     scale: f64,
     wi: [Vec<f32>; 3],
@@ -98,12 +132,11 @@ pub(super) struct Points<'a> {
     uv: Vec<[f64; 2]>,
 }
 
-impl<'a> Points<'a> {
+impl<'a> Pairs<'a> {
     /// None yet; a pattern repeats `repeats` times along an arc length of 1.
-    pub(super) fn new(cloth: &'a Cloth, light: &'a Light, repeats: f64) -> Self {
+    pub(crate) fn new(cloth: &'a Cloth, repeats: f64) -> Self {
         Self {
             cloth,
-            light,
             scale: cloth.period().unwrap_or(1.0) * repeats,
             wi: Default::default(),
             wr: Default::default(),
@@ -111,24 +144,20 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// One more.
-    pub(super) fn push(&mut self, place: &Place) {
-        let axes = [place.warp, place.weft, place.normal];
-        for (k, axis) in axes.iter().enumerate() {
-            let [x, y, z] = self.light.direction;
-            self.wi[k].push((axis[0] * x + axis[1] * y + axis[2] * z) as f32);
-            // The viewer is at (0, 0, 1).
-            self.wr[k].push(axis[2] as f32);
+    /// One more, at arc lengths along warp and weft.
+    pub(crate) fn push(&mut self, wi: [f32; 3], wr: [f32; 3], arc: [f64; 2]) {
+        for k in 0..3 {
+            self.wi[k].push(wi[k]);
+            self.wr[k].push(wr[k]);
         }
         if matches!(self.cloth, Cloth::Pattern(..)) {
-            self.uv.push(place.arc.map(|arc| arc * self.scale));
+            self.uv.push(arc.map(|arc| arc * self.scale));
         }
     }
 
-    /// Radiance of every point, linear RGB.
-    pub(super) fn radiance(&self) -> Vec<[f32; 3]> {
+    /// ρ of every pair: red, green and blue.
+    pub(crate) fn rho(&self) -> [Vec<f32>; 3] {
         let count = self.wi[0].len();
-        let of_rho = |rho| radiance(rho, self.light.strength);
         let mut rho = [(); 3].map(|()| vec![0.0; count]);
         match self.cloth {
             Cloth::Even(evaluate) => evaluate(
@@ -138,10 +167,7 @@ impl<'a> Points<'a> {
             ),
             Cloth::Pattern(pattern, swatches) => self.printed(pattern, swatches, &mut rho),
         }
-        let [r, g, b] = &rho;
-        (0..count)
-            .map(|index| [r[index], g[index], b[index]].map(of_rho))
-            .collect()
+        rho
     }
 
     /// ρ of a pattern: points that differ in nothing but directions at once.

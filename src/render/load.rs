@@ -3,6 +3,7 @@
 //! A mesh needs texture coordinates, by which cloth lies on it: the warp runs along u. Where a file has no normals they are those
 //! of the triangles; where it has no tangents they are derived as by Mikkelsen's reference, which engines and modellers share.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -52,11 +53,44 @@ pub enum MeshError {
     TooWide(PathBuf),
 }
 
+/// What a file has of one material.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// What the file calls the material, where it names one; OBJ files' are not read.
+    pub material: Option<String>,
+    /// Its triangles.
+    pub mesh: Mesh,
+}
+
 /// Reads all triangles of an OBJ, glTF or GLB file, in the places that the file's nodes put them.
 ///
 /// # Errors
 /// [`MeshError`] says what is wrong.
 pub fn load_mesh(path: &Path) -> Result<Mesh, MeshError> {
+    Ok(to_mesh(load_corners(path)?.0))
+}
+
+/// The same, by material, in alphabetical order.
+///
+/// # Errors
+/// [`MeshError`] says what is wrong.
+pub fn load_parts(path: &Path) -> Result<Vec<Part>, MeshError> {
+    let (corners, materials) = load_corners(path)?;
+    let mut parts: BTreeMap<Option<String>, Vec<Corner>> = BTreeMap::new();
+    for triangle in corners.0.as_chunks::<3>().0 {
+        let material = triangle[0].material.and_then(|index| materials.get(index));
+        let part = parts.entry(material.cloned().flatten()).or_default();
+        part.extend_from_slice(triangle);
+    }
+    let part = |(material, corners)| Part {
+        material,
+        mesh: to_mesh(Corners(corners)),
+    };
+    Ok(parts.into_iter().map(part).collect())
+}
+
+/// Corners of all triangles, and the names of materials that they refer to.
+fn load_corners(path: &Path) -> Result<(Corners, Vec<Option<String>>), MeshError> {
     let of = || path.to_owned();
     let size = fs::metadata(path)
         .map_err(|error| MeshError::Read(of(), error))?
@@ -66,8 +100,8 @@ pub fn load_mesh(path: &Path) -> Result<Mesh, MeshError> {
     }
     let bytes = || fs::read(path).map_err(|error| MeshError::Read(of(), error));
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    let corners = match extension.to_str() {
-        Some("obj") => from_obj(path, &bytes()?)?,
+    let (corners, materials) = match extension.to_str() {
+        Some("obj") => (from_obj(path, &bytes()?)?, Vec::new()),
         Some("gltf" | "glb") => from_gltf(path, &bytes()?)?,
         _ => return Err(MeshError::Unknown(of())),
     };
@@ -81,7 +115,7 @@ pub fn load_mesh(path: &Path) -> Result<Mesh, MeshError> {
     if corners.iter().any(|corner| widest(corner) > MAX_COORDINATE) {
         return Err(MeshError::TooWide(of()));
     }
-    Ok(to_mesh(Corners(corners)))
+    Ok((Corners(corners), materials))
 }
 
 /// A corner of a triangle; three in a row are one.
@@ -91,6 +125,8 @@ struct Corner {
     normal: Option<Vec3>,
     uv: Vec2,
     warp: Option<Vec3>,
+    /// Index of its material, of files that name them.
+    material: Option<usize>,
 }
 
 impl Corner {
@@ -134,13 +170,15 @@ fn from_obj(path: &Path, bytes: &[u8]) -> Result<Vec<Corner>, MeshError> {
                 normal: three(&mesh.normals),
                 uv,
                 warp: None,
+                material: None,
             });
         }
     }
     Ok(corners)
 }
 
-fn from_gltf(path: &Path, bytes: &[u8]) -> Result<Vec<Corner>, MeshError> {
+/// Corners of a file, and the names of its materials.
+fn from_gltf(path: &Path, bytes: &[u8]) -> Result<(Vec<Corner>, Vec<Option<String>>), MeshError> {
     let wrong = |error: gltf::Error| MeshError::Gltf(path.to_owned(), Box::new(error));
     let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(bytes).map_err(wrong)?;
     let buffers = gltf::import_buffers(&document, path.parent(), blob).map_err(wrong)?;
@@ -194,11 +232,13 @@ fn from_gltf(path: &Path, bytes: &[u8]) -> Result<Vec<Corner>, MeshError> {
                     warp: tangents
                         .get(index)
                         .map(|[x, y, z, _]| place.transform_vector3(Vec3::new(*x, *y, *z))),
+                    material: primitive.material().index(),
                 });
             }
         }
     }
-    Ok(corners)
+    let name = |material: gltf::Material<'_>| material.name().map(str::to_owned);
+    Ok((corners, document.materials().map(name).collect()))
 }
 
 /// Corners, every one a vertex of its own.

@@ -61,6 +61,28 @@ impl Mesh {
         mesh
     }
 
+    /// How the cloth lies at a point of a triangle, given by its corners and their weights, that is seen from the direction `viewer`
+    /// (unit length). `flat` is the normal of the triangle, unit length, to either side.
+    pub(crate) fn place(
+        &self,
+        corners: [usize; 3],
+        weights: Vec3,
+        flat: Vec3,
+        viewer: Vec3,
+    ) -> Place {
+        let normal = mix(corners.map(|k| self.normals[k]), weights).normalize_or(Vec3::Z);
+        let normal = towards_viewer(normal, flat, viewer);
+        let warp = mix(corners.map(|k| self.warps[k]), weights);
+        let warp = (warp - warp.dot(normal) * normal).normalize_or(normal.any_orthonormal_vector());
+        let uv = mix(corners.map(|k| self.uvs[k].extend(0.0)), weights);
+        Place {
+            warp: doubles(warp),
+            weft: doubles(normal.cross(warp)),
+            normal: doubles(normal),
+            arc: [f64::from(uv.x), f64::from(uv.y)],
+        }
+    }
+
     /// Adds another.
     pub fn join(&mut self, other: Self) {
         let offset = self.positions.len() as u32;
@@ -158,21 +180,9 @@ impl Scene for Drape {
         let corners = self.mesh.triangles[index].map(|index| index as usize);
         let position = from + distance * Vec3A::NEG_Z;
         let weights = barycentric(&self.triangles[index], position);
-        let normal = mix(corners.map(|k| self.mesh.normals[k]), weights).normalize_or(Vec3::Z);
         let flat = Vec3::from(self.triangles[index].compute_normal());
-        let normal = towards_viewer(normal, flat);
-        let warp = mix(corners.map(|k| self.mesh.warps[k]), weights);
-        let warp = (warp - warp.dot(normal) * normal).normalize_or(normal.any_orthonormal_vector());
-        let uv = corners.map(|k| self.mesh.uvs[k].extend(0.0));
-        let uv = mix(uv, weights);
-        let doubles = |v: Vec3| v.to_array().map(f64::from);
         Some(Seen {
-            place: Place {
-                warp: doubles(warp),
-                weft: doubles(normal.cross(warp)),
-                normal: doubles(normal),
-                arc: [f64::from(uv.x), f64::from(uv.y)],
-            },
+            place: self.mesh.place(corners, weights, flat, Vec3::Z),
             position: doubles(position.into()),
         })
     }
@@ -198,7 +208,7 @@ const MARGIN: f32 = 0.96;
 const EDGE: f32 = 1e-4;
 
 /// How far along a ray the triangle is; infinity if it is not met.
-fn intersect(triangle: &Triangle, ray: &Ray) -> f32 {
+pub(crate) fn intersect(triangle: &Triangle, ray: &Ray) -> f32 {
     let normal = (triangle.v1 - triangle.v0).cross(triangle.v2 - triangle.v0);
     let t = (triangle.v0 - ray.origin).dot(normal) / ray.direction.dot(normal);
     // Not where a ray runs in its plane, either.
@@ -214,7 +224,7 @@ fn intersect(triangle: &Triangle, ray: &Ray) -> f32 {
 }
 
 /// Weights of a triangle's corners at a point in its plane.
-fn barycentric(triangle: &Triangle, point: Vec3A) -> Vec3 {
+pub(crate) fn barycentric(triangle: &Triangle, point: Vec3A) -> Vec3 {
     let (a, b) = (triangle.v1 - triangle.v0, triangle.v2 - triangle.v0);
     let normal = a.cross(b);
     let area = normal.length_squared();
@@ -224,21 +234,26 @@ fn barycentric(triangle: &Triangle, point: Vec3A) -> Vec3 {
     Vec3::new(1.0 - v - w, v, w)
 }
 
-/// The least height of a smooth normal over the picture's plane where the triangle is seen.
-const GRAZING: f32 = 1e-2;
+/// The least cosine between a smooth normal and the direction to the viewer where the triangle is seen.
+pub(crate) const GRAZING: f32 = 1e-2;
 
 /// The normal that is seen. From behind, cloth is the same with its weft the other way; whether it is seen from behind the
 /// triangle says, since near an outline a smooth normal may look away where the triangle does not.
-fn towards_viewer(normal: Vec3, flat: Vec3) -> Vec3 {
-    let is_behind = (flat.z < 0.0) == (flat.dot(normal) > 0.0);
+fn towards_viewer(normal: Vec3, flat: Vec3, viewer: Vec3) -> Vec3 {
+    let is_behind = (flat.dot(viewer) < 0.0) == (flat.dot(normal) > 0.0);
     let normal = if is_behind { -normal } else { normal };
-    if normal.z < GRAZING {
-        normal.with_z(GRAZING).normalize()
+    let towards = normal.dot(viewer);
+    if towards < GRAZING {
+        (normal - towards * viewer + GRAZING * viewer).normalize()
     } else {
         normal
     }
 }
 
-fn mix(values: [Vec3; 3], weights: Vec3) -> Vec3 {
+pub(crate) fn mix(values: [Vec3; 3], weights: Vec3) -> Vec3 {
     weights.x * values[0] + weights.y * values[1] + weights.z * values[2]
+}
+
+fn doubles(v: Vec3) -> [f64; 3] {
+    v.to_array().map(f64::from)
 }

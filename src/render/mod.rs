@@ -19,9 +19,10 @@ mod display;
 mod drape;
 mod exr;
 mod load;
-mod mesh;
+pub(crate) mod mesh;
 mod shape;
 
+pub(crate) use cloth::Pairs;
 use cloth::Points;
 pub use cloth::{Cloth, Evaluate, MISSING, Swatch};
 pub use compare::{Comparison, compare};
@@ -29,7 +30,7 @@ pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_sv
 pub use display::Display;
 pub use drape::{curtain, trousers};
 pub use exr::{Layer, to_exr};
-pub use load::{MAX_MESH_BYTES, MeshError, load_mesh};
+pub use load::{MAX_MESH_BYTES, MeshError, Part, load_mesh, load_parts};
 pub use mesh::{Drape, Mesh};
 pub use shape::{Cylinder, Place, Shape};
 
@@ -209,7 +210,7 @@ fn run_of_pixels(
 
 /// Where in a pixel its samples are, from the upper left corner: the additive recurrence on the two-dimensional golden ratio, which
 /// is spread evenly for any count, and begins at the centre.
-fn offsets(count: u32) -> Vec<[f64; 2]> {
+pub(crate) fn offsets(count: u32) -> Vec<[f64; 2]> {
     /// 1/g and 1/g², g³ = g + 1.
     const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
     (0..count)
