@@ -7,6 +7,7 @@
 mod candidate;
 mod front;
 mod heat;
+mod left_out;
 mod look;
 mod machine;
 pub(crate) mod page;
@@ -18,6 +19,7 @@ mod timing;
 pub(crate) use candidate::preset_name;
 pub use candidate::{Candidate, Family, THESIS};
 pub use front::pareto_front;
+pub use left_out::forecast_svg;
 pub use heat::{Axis, HeatMap};
 pub use look::{Look, Looks};
 pub use machine::Machine;

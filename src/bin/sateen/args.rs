@@ -33,6 +33,8 @@ pub(crate) enum Verb {
     Report(ReportArgs),
     Stress(StressArgs),
     Render(RenderArgs),
+    Scene(ExplainArgs),
+    Record(RecordArgs),
 }
 
 /// List the fabrics of the library.
@@ -47,11 +49,21 @@ pub(crate) struct FabricsArgs {
 #[derive(clap::Args)]
 pub(crate) struct BakeArgs {
     /// Names from the library, or TOML files of fabrics; or of patterns, which are baked as the fabrics that they need.
-    #[arg(value_name = "FABRIC|PATTERN", required_unless_present = "all")]
+    #[arg(value_name = "FABRIC|PATTERN", required_unless_present_any = ["all", "scene"])]
     pub(crate) fabrics: Vec<String>,
     /// Bake the whole library.
     #[arg(long, conflicts_with = "fabrics")]
     pub(crate) all: bool,
+    /// Bake what a scene needs: its fabrics, and of these the pairs of directions that its cameras and lights can bring about. A
+    /// TOML, glTF or GLB file, which `sateen scene` explains.
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["fabrics", "all", "needs", "albedo", "variant"])]
+    pub(crate) scene: Option<PathBuf>,
+    /// Bake the pairs that were recorded alone; several recordings count together.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) needs: Vec<PathBuf>,
+    /// Whether albedos change at run time; grey ones that do not need half the bytes.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = AlbedoArg::Varies)]
+    pub(crate) albedo: AlbedoArg,
     /// The file to write, or the folder for several [default: NAME.sateen in the current folder].
     #[arg(short, long, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
@@ -137,6 +149,9 @@ pub(crate) struct EvalArgs {
     /// Append S, V and P of every thread, and Q, too.
     #[arg(long)]
     pub(crate) components: bool,
+    /// Fail where a table was not baked for a pair, rather than take the nearest value.
+    #[arg(long)]
+    pub(crate) strict: bool,
     /// Which of the named albedos of a TOML file to use [default: the first by name].
     #[arg(long, value_name = "NAME")]
     pub(crate) variant: Option<String>,
@@ -299,17 +314,92 @@ pub(crate) enum SceneArg {
         #[command(flatten)]
         drape: DrapeArgs,
     },
+    /// A scene of cameras, lights and cloths, as a TOML, glTF or GLB file has it.
+    Scene(StageArgs),
 }
 
-impl SceneArg {
-    pub(crate) fn picture(&self) -> &PictureArgs {
-        match self {
-            Self::Cylinders(picture) | Self::Sphere(picture) => picture,
-            Self::Curtain(drape) | Self::Trousers(drape) | Self::Mesh { drape, .. } => {
-                &drape.picture
-            }
-        }
-    }
+/// How a picture of a scene is taken.
+#[derive(clap::Args)]
+pub(crate) struct StageArgs {
+    /// A TOML, glTF or GLB file.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+    /// The picture to write, which ends in .png or .exr.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// The folder of the tables to take it with: what `bake --scene SCENE -o DIR` wrote [default: fabrics are integrated directly].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) tables: Option<PathBuf>,
+    /// Take it with the tables in this folder, too, and say how many pixels differ; 3 if any do.
+    #[arg(long, value_name = "DIR", requires = "tables")]
+    pub(crate) against: Option<PathBuf>,
+    /// How many pictures to take, each from a camera, with lights and in a state drawn anew within their ranges; the last is
+    /// written [default: one, in the middle of all ranges].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) draws: Option<u32>,
+    /// The first of the seeds that draw them.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "draws")]
+    pub(crate) seed: u64,
+    /// Show in magenta where tables lack pairs.
+    #[arg(long, requires = "tables")]
+    pub(crate) show_missing: bool,
+    /// Fail where tables lack pairs, rather than take the nearest value.
+    #[arg(long, requires = "tables")]
+    pub(crate) strict: bool,
+    /// Write the pairs that the pictures ask for, by cloth, into this folder, as recordings for `bake --needs`.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) record: Option<PathBuf>,
+    /// Rows and columns of the picture.
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = value_parser!(u16).range(1..=4096))]
+    pub(crate) size: u16,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = value_parser!(u32).range(1..=4096))]
+    pub(crate) samples: u32,
+    /// Stops by which a PNG is brighter.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = parse_stops, allow_negative_numbers = true)]
+    pub(crate) exposure: f64,
+    /// Print what was found as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Threads to work with [default: all cores]. The result does not depend on it.
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Say what a scene needs of its fabrics, and what a bake for it leaves out.
+#[derive(clap::Args)]
+pub(crate) struct ExplainArgs {
+    /// A TOML, glTF or GLB file.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: PathBuf,
+    /// How large and how accurate the tables would be.
+    #[arg(long, value_enum, default_value_t = PresetArg::Standard)]
+    pub(crate) preset: PresetArg,
+    /// Draw which part of every table's box is needed, projected onto two coordinates at a time: FABRIC.svg in this folder.
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write what is needed of each fabric as a recording, FABRIC.needs in this folder.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) record: Option<PathBuf>,
+    /// Print it as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Threads to work with [default: all cores]. The result does not depend on it.
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+}
+
+/// Record pairs of directions that a program asked for, to bake these alone.
+///
+/// Programs in Rust call `Needs::add_pair` and write `Needs::to_bytes`; others may write CSV.
+#[derive(clap::Args)]
+pub(crate) struct RecordArgs {
+    /// CSV files of pairs, as `eval` reads them, or - for stdin; and recordings, which are joined.
+    #[arg(value_name = "CSV|NEEDS", required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The recording to write, for `bake --needs`.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
 }
 
 /// How cloth that hangs is looked at.
@@ -429,6 +519,14 @@ impl From<ChartArg> for Chart {
             ChartArg::Highlight => Self::Highlight,
         }
     }
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub(crate) enum AlbedoArg {
+    /// They may.
+    Varies,
+    /// They stay those of the fabric.
+    Fixed,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]

@@ -62,6 +62,14 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
             Ok(source.values(place, *wi, *wr, args.components))
         })
         .collect::<Result<_, Cancelled>>()?;
+    let misses = source.misses();
+    if misses > 0 {
+        let what = format!("{misses} of {} pairs were not baked", values.len());
+        if args.strict {
+            bail!("{what}; bake the table for them, or without --scene and --needs");
+        }
+        say(&format!("{what}, and have the nearest value"));
+    }
     let written = progress.part(0.9, 1.0).steps(values.len());
     for (row, values) in values.into_iter().enumerate() {
         written.advance()?;
@@ -313,7 +321,7 @@ fn fabric_of(subject: Subject, args: &EvalArgs) -> Result<Fabric> {
     }
 }
 
-fn read_pairs(path: &Path, columns: &[&'static str]) -> Result<PairsFile> {
+pub(crate) fn read_pairs(path: &Path, columns: &[&'static str]) -> Result<PairsFile> {
     let name = path.display().to_string();
     if path == Path::new("-") {
         let stdin = UntilInterrupted(io::stdin().lock());

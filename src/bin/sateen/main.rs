@@ -10,7 +10,10 @@ mod fit;
 mod info;
 mod output;
 mod render;
+mod record;
 mod report;
+mod scene;
+mod stage;
 mod stress;
 mod subject;
 mod validate;
@@ -41,6 +44,8 @@ fn main() -> ExitCode {
         Verb::Report(args) => report::run(&args),
         Verb::Stress(args) => stress::run(&args),
         Verb::Render(args) => render::run(&args),
+        Verb::Scene(args) => scene::run(&args),
+        Verb::Record(args) => record::run(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

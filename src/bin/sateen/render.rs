@@ -18,13 +18,20 @@ use serde_json::json;
 use crate::Outcome;
 use crate::args::{Compared, Direction, Evaluator, PictureArgs, RenderArgs, SceneArg};
 use crate::output::{Bar, Output, Usage, go_on, print, print_json, say, use_threads};
+use crate::stage;
 use crate::subject::{Subject, load_table, provenance};
 
 /// How fabrics are evaluated unless told otherwise: no error can be seen, and a picture takes seconds.
 const DEFAULT_RULE: Rule = Rule::Quadrature(8);
 
 pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
-    let args = of.picture();
+    let args = match of {
+        SceneArg::Cylinders(picture) | SceneArg::Sphere(picture) => picture,
+        SceneArg::Curtain(drape) | SceneArg::Trousers(drape) | SceneArg::Mesh { drape, .. } => {
+            &drape.picture
+        }
+        SceneArg::Scene(args) => return stage::run(args),
+    };
     use_threads(args.jobs)?;
     let format = Format::of(&args.output)?;
     if args.float && format == Format::Png {
@@ -48,7 +55,7 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
         (SceneArg::Cylinders(_), None) => Some((beside("csv")?, beside("svg")?)),
         _ => None,
     };
-    let lights = lights(of);
+    let lights = lights(of, args);
     let view = View {
         size: args.size.into(),
         samples: args.samples,
@@ -105,13 +112,13 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Format {
+pub(crate) enum Format {
     Png,
     Exr,
 }
 
 impl Format {
-    fn of(path: &Path) -> Result<Self> {
+    pub(crate) fn of(path: &Path) -> Result<Self> {
         let extension = path.extension().map(|end| end.to_ascii_lowercase());
         match extension.as_deref().and_then(|end| end.to_str()) {
             Some("png") => Ok(Self::Png),
@@ -276,7 +283,7 @@ impl<'a> Sitter<'a> {
 }
 
 /// A table of a fabric that is dyed in any way.
-fn table_of(fabric: &Fabric, path: &Path) -> Result<Box<Table>> {
+pub(crate) fn table_of(fabric: &Fabric, path: &Path) -> Result<Box<Table>> {
     let (table, _) = load_table(path)?;
     let (_, baked) = provenance(&table, path)?;
     if !baked.is_dyed_like(fabric) {
@@ -332,6 +339,7 @@ fn scene(of: &SceneArg) -> Result<Box<dyn Scene>> {
         SceneArg::Curtain(drape) => (curtain(), drape),
         SceneArg::Trousers(drape) => (trousers(), drape),
         SceneArg::Mesh { mesh, drape } => (load_mesh(mesh)?, drape),
+        SceneArg::Scene(_) => bail!("a scene is no single mesh"),
     };
     let drape = Drape::new(mesh, drape.turn_deg.to_radians(), FROM_ABOVE, ASPECT);
     Ok(Box::new(drape.context("the mesh has no triangles")?))
@@ -344,11 +352,11 @@ fn scene_name(of: &SceneArg) -> String {
         SceneArg::Curtain(_) => "curtain".to_owned(),
         SceneArg::Trousers(_) => "trousers".to_owned(),
         SceneArg::Mesh { mesh, .. } => mesh.display().to_string(),
+        SceneArg::Scene(args) => args.scene.display().to_string(),
     }
 }
 
-fn lights(of: &SceneArg) -> Vec<Light> {
-    let args = of.picture();
+fn lights(of: &SceneArg, args: &PictureArgs) -> Vec<Light> {
     if !args.light.is_empty() {
         let lights = args.light.iter();
         return lights.map(|Direction(light)| Light::of(*light)).collect();

@@ -1,0 +1,45 @@
+//! `sateen record`
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use sateen::needs::Needs;
+
+use crate::Outcome;
+use crate::args::RecordArgs;
+use crate::eval::read_pairs;
+use crate::output::{Output, say};
+
+pub(crate) fn run(args: &RecordArgs) -> Result<Outcome> {
+    let output = Output::prepare(&args.output)?;
+    let mut needs = Needs::none();
+    for path in &args.inputs {
+        if is_recording(path) {
+            needs.join(&load_needs(path)?);
+        } else {
+            for [wi, wr] in read_pairs(path, &[])?.directions() {
+                let single = |w: &[f64; 3]| w.map(|x| x as f32);
+                needs.add_pair(single(wi), single(wr));
+            }
+        }
+    }
+    output.write(&needs.to_bytes())?;
+    say(&format!(
+        "{}: {:.2} % of all pairs of directions",
+        args.output.display(),
+        100.0 * needs.share()
+    ));
+    Ok(Outcome::Done)
+}
+
+fn is_recording(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("needs"))
+}
+
+/// A recording.
+pub(crate) fn load_needs(path: &Path) -> Result<Needs> {
+    let cannot = || format!("cannot read the recording {}", path.display());
+    let bytes = fs::read(path).with_context(cannot)?;
+    Needs::from_bytes(&bytes).with_context(cannot)
+}
