@@ -48,6 +48,20 @@ impl Table {
     }
 }
 
+impl Table {
+    /// Counts the lanes that are above 0.
+    #[inline(always)]
+    pub(super) fn count_missing<V: Vector>(&self, missing: V) {
+        if self.is_partial {
+            let missing = missing.to_array();
+            let count = missing.as_ref().iter().filter(|x| **x > 0.0).count();
+            if count > 0 {
+                self.misses.add(count);
+            }
+        }
+    }
+}
+
 /// What a batch is evaluated to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
@@ -69,13 +83,7 @@ impl PairFunction for Lookup<'_> {
     fn at<V: Vector, R: Row>(&self, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
         let Woven { weave, missing } =
             kernel::weave::<V, R>(self.table, self.albedos, wi, wr, |_| {});
-        if self.table.is_partial {
-            let missing = missing.to_array();
-            let count = missing.as_ref().iter().filter(|x| **x > 0.0).count();
-            if count > 0 {
-                self.table.misses.add(count);
-            }
-        }
+        self.table.count_missing(missing);
         let rho = weave.rho();
         match self.quantity {
             Quantity::Brdf => without_cosine(rho, wi[2]),

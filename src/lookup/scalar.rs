@@ -115,9 +115,10 @@ impl Kernel for All<'_> {
             each(self.wi, splat::<f32, V>),
             each(self.wr, splat::<f32, V>),
         );
-        let Woven { weave, .. } = kernel::weave::<V, R>(self.table, &[], wi, wr, |thread| {
+        let Woven { weave, missing } = kernel::weave::<V, R>(self.table, &[], wi, wr, |thread| {
             threads.push(thread.map(lane));
         });
+        self.table.count_missing(missing);
         Components {
             threads,
             q: lane(weave.q),

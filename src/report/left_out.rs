@@ -51,7 +51,11 @@ fn panel(
         let knots = &projection.knots[axis];
         let (from, to) = (knots[0], knots[knots.len() - 1]);
         // An axis of one place is drawn as wide as any.
-        if from < to { from..to } else { from..from + 1.0 }
+        if from < to {
+            from..to
+        } else {
+            from..from + 1.0
+        }
     };
     let [right, up] = projection.axes;
     let mut chart = ChartBuilder::on(area)
@@ -73,16 +77,22 @@ fn panel(
         let from = knots[index];
         (from, knots.get(index + 1).copied().unwrap_or(from + 1.0))
     };
-    let shares = projection.shares.iter().enumerate().flat_map(|(row, shares)| {
-        let shares = shares.iter().enumerate();
-        shares.map(move |(column, share)| (row, column, *share))
-    });
-    chart.draw_series(shares.filter(|(_, _, share)| *share > 0.0).map(|(row, column, share)| {
-        let ((left, right), (low, high)) = (cell(0, column), cell(1, row));
-        Rectangle::new(
-            [(left, low), (right, high)],
-            BLUE.mix(0.15 + 0.85 * share).filled(),
-        )
-    }))?;
+    let shares = projection
+        .shares
+        .iter()
+        .enumerate()
+        .flat_map(|(row, shares)| {
+            let shares = shares.iter().enumerate();
+            shares.map(move |(column, share)| (row, column, *share))
+        });
+    chart.draw_series(shares.filter(|(_, _, share)| *share > 0.0).map(
+        |(row, column, share)| {
+            let ((left, right), (low, high)) = (cell(0, column), cell(1, row));
+            Rectangle::new(
+                [(left, low), (right, high)],
+                BLUE.mix(0.15 + 0.85 * share).filled(),
+            )
+        },
+    ))?;
     Ok(())
 }

@@ -19,8 +19,8 @@ mod timing;
 pub(crate) use candidate::preset_name;
 pub use candidate::{Candidate, Family, THESIS};
 pub use front::pareto_front;
-pub use left_out::forecast_svg;
 pub use heat::{Axis, HeatMap};
+pub use left_out::forecast_svg;
 pub use look::{Look, Looks};
 pub use machine::Machine;
 

@@ -1,6 +1,7 @@
 //! `sateen bake`
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -9,54 +10,55 @@ use sateen::bake::{
 };
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
 use sateen::metrics::conserving;
+use sateen::needs::Needs;
 use sateen::progress::Progress;
+use sateen::scene::Albedo;
 use sateen::table::Table;
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::{BakeArgs, EnergyArg};
+use crate::args::{AlbedoArg, BakeArgs, EnergyArg};
+use crate::info::scope_text;
 use crate::output::{
     Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, go_on, print, print_json,
     say, sizes, use_threads,
 };
+use crate::record::load_needs;
+use crate::scene::load_scene;
 use crate::subject::{load_fabrics, load_table, provenance};
 
 pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     use_threads(args.jobs)?;
-    let mut fabrics: Vec<Fabric> = if args.all {
-        LIBRARY.iter().map(LibraryEntry::load).collect()
-    } else {
-        let load = |name: &String| load_fabrics(name, args.variant.as_deref());
-        let loaded: Vec<Vec<Fabric>> = args.fabrics.iter().map(load).collect::<Result<_>>()?;
-        loaded.into_iter().flatten().collect()
+    let mut jobs = match &args.scene {
+        Some(path) => jobs_of_scene(path)?,
+        None => jobs_of_fabrics(args)?,
     };
     if args.energy == EnergyArg::Clamp {
-        for fabric in &mut fabrics {
+        for job in &mut jobs {
             go_on()?;
-            *fabric = conserving(fabric)?;
+            job.fabric = conserving(&job.fabric)?;
         }
     }
-    let paths = output_paths(&fabrics, args.output.as_deref())?;
+    let paths = output_paths(&jobs, args.output.as_deref())?;
     let settings = settings(args);
-    let scope = Scope::default();
     // Outputs are tried before any work begins.
-    let targets: Vec<Target> = fabrics
+    let targets: Vec<Target> = jobs
         .iter()
         .zip(&paths)
-        .map(|(fabric, path)| Target::of(fabric, path, &settings, &scope, args.resume))
+        .map(|(job, path)| Target::of(job, path, &settings, args.resume))
         .collect::<Result<_>>()?;
 
-    let budget = Budget {
-        max_error: args.max_error,
-        max_bytes: args.max_bytes,
-        max_ns: args.max_ns,
-    };
-    let is_limited = budget != Budget::default();
-
     let mut outcome = Outcome::Done;
-    let mut bar = Bar::new(fabrics.len());
+    let mut bar = Bar::new(jobs.len());
     let mut results = Vec::new();
-    for ((fabric, path), target) in fabrics.iter().zip(&paths).zip(&targets) {
+    for ((job, path), target) in jobs.iter().zip(&paths).zip(&targets) {
+        let (fabric, scope) = (&job.fabric, job.scope());
+        let budget = Budget {
+            max_error: args.max_error.or(job.max_error),
+            max_bytes: args.max_bytes,
+            max_ns: args.max_ns,
+        };
+        let is_limited = budget != Budget::default();
         bar.begin(&fabric.name);
         let output = match target {
             Target::Open(output) => output,
@@ -100,6 +102,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                 "within": within,
                 "adapted": provenance.adapted,
                 "rho_scale": fabric.rho_scale,
+                "scope": provenance.scope,
                 "decoded_bytes": table.decoded_bytes(),
                 "file_bytes": file_bytes,
                 "ns": cost.and_then(|cost| cost.ns),
@@ -123,8 +126,9 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             let ns = cost.and_then(|cost| cost.ns);
             let ns = ns.map_or(String::new(), |ns| format!(", {ns:.0} ns per pair"));
             let text = format!(
-                "{}: {sizes}{ns}, {seconds:.1} s\n{}{}{}{}",
+                "{}: {sizes}{ns}, {seconds:.1} s\n{}{}{}{}{}",
                 path.display(),
+                scope_text(provenance.scope.as_ref()),
                 scale_line(fabric),
                 adapted_line(provenance.adapted),
                 choice_lines(&provenance.choices),
@@ -137,6 +141,76 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         print_json(&Value::from(results))?;
     }
     Ok(outcome)
+}
+
+/// A table to bake.
+struct Job {
+    fabric: Fabric,
+    /// The pairs that are needed, if not all.
+    needs: Option<Arc<Needs>>,
+    fixed_albedo: bool,
+    /// What a scene allows.
+    max_error: Option<f64>,
+}
+
+impl Job {
+    fn scope(&self) -> Scope<'_> {
+        Scope {
+            needs: self.needs.as_deref(),
+            fixed_albedo: self.fixed_albedo,
+        }
+    }
+}
+
+fn jobs_of_fabrics(args: &BakeArgs) -> Result<Vec<Job>> {
+    let fabrics: Vec<Fabric> = if args.all {
+        LIBRARY.iter().map(LibraryEntry::load).collect()
+    } else {
+        let load = |name: &String| load_fabrics(name, args.variant.as_deref());
+        let loaded: Vec<Vec<Fabric>> = args.fabrics.iter().map(load).collect::<Result<_>>()?;
+        loaded.into_iter().flatten().collect()
+    };
+    let mut needs: Option<Needs> = None;
+    for path in &args.needs {
+        needs
+            .get_or_insert_with(Needs::none)
+            .join(&load_needs(path)?);
+    }
+    let needs = needs.map(Arc::new);
+    let job = |fabric| Job {
+        fabric,
+        needs: needs.clone(),
+        fixed_albedo: args.albedo == AlbedoArg::Fixed,
+        max_error: None,
+    };
+    Ok(fabrics.into_iter().map(job).collect())
+}
+
+/// Fabrics that are on no mesh, or never seen and lit, are left out.
+fn jobs_of_scene(path: &Path) -> Result<Vec<Job>> {
+    let scene = load_scene(path)?;
+    let mut bar = Bar::new(1);
+    bar.begin(&scene.name);
+    let report = |share: f64| bar.report(share);
+    let mut needs = scene.needs(Progress::new(&report))?;
+    drop(bar);
+    let mut jobs = Vec::new();
+    for (name, used) in scene.fabrics() {
+        let needs = needs.remove(&name).unwrap_or_else(Needs::none);
+        if needs.is_empty() {
+            say(&format!(
+                "{name} is left out: no light and camera ever see it"
+            ));
+            continue;
+        }
+        jobs.push(Job {
+            fabric: used.fabric,
+            needs: Some(Arc::new(needs)),
+            fixed_albedo: used.albedo == Albedo::Fixed,
+            max_error: used.max_error,
+        });
+    }
+    Ok(jobs)
 }
 
 /// Says that ρ is scaled, if it is.
@@ -172,15 +246,9 @@ enum Target {
 }
 
 impl Target {
-    fn of(
-        fabric: &Fabric,
-        path: &Path,
-        settings: &Settings,
-        scope: &Scope<'_>,
-        resume: bool,
-    ) -> Result<Self> {
+    fn of(job: &Job, path: &Path, settings: &Settings, resume: bool) -> Result<Self> {
         let kept = if resume {
-            Kept::find(fabric, path, settings, scope)
+            Kept::find(job, path, settings)
         } else {
             None
         };
@@ -200,14 +268,15 @@ struct Kept {
 
 impl Kept {
     /// Whatever else is at `path`, or nothing, is no reason to stop: it is baked again.
-    fn find(fabric: &Fabric, path: &Path, settings: &Settings, scope: &Scope<'_>) -> Option<Self> {
+    fn find(job: &Job, path: &Path, settings: &Settings) -> Option<Self> {
         // What is in a pipe can be read only once, and is not for a bake.
         if !path.is_file() {
             return None;
         }
         let (table, file_bytes) = load_table(path).ok()?;
         let (provenance, _) = provenance(&table, path).ok()?;
-        provenance.is_of(fabric, settings, scope).then(|| Self {
+        let is_it = provenance.is_of(&job.fabric, settings, &job.scope());
+        is_it.then(|| Self {
             decoded_bytes: table.decoded_bytes(),
             file_bytes,
             provenance,
@@ -247,7 +316,8 @@ fn settings(args: &BakeArgs) -> Settings {
 }
 
 /// One file per fabric: `output` itself for one, files in the folder `output` for several.
-fn output_paths(fabrics: &[Fabric], output: Option<&Path>) -> Result<Vec<PathBuf>> {
+fn output_paths(jobs: &[Job], output: Option<&Path>) -> Result<Vec<PathBuf>> {
+    let fabrics: Vec<&Fabric> = jobs.iter().map(|job| &job.fabric).collect();
     let file_name = |fabric: &Fabric| format!("{}.sateen", fabric.name);
     // Looked at once: another bake may be making the folder.
     let found = output.and_then(|path| path.metadata().ok());

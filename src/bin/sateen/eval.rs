@@ -282,6 +282,19 @@ impl Source {
         }
     }
 
+    /// Pairs that tables were asked for and not baked for.
+    fn misses(&self) -> usize {
+        let of = |cloth: &Cloth| match cloth {
+            Cloth::Table(table) => table.misses(),
+            Cloth::Direct(_) => 0,
+        };
+        match &self.evaluation {
+            Evaluation::Cloth(cloth) => of(cloth),
+            Evaluation::Pattern(_, cloths) => cloths.iter().map(of).sum(),
+            Evaluation::Other(_) => 0,
+        }
+    }
+
     /// What to append for a pair, at a place with the numbers in [`Source::place_columns`].
     fn values(&self, place: &[f64], wi: [f64; 3], wr: [f64; 3], components: bool) -> Vec<f64> {
         let cloth = match &self.evaluation {

@@ -57,9 +57,7 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             ", more than arrives\n"
         };
     }
-    if let Some(scope) = &provenance.scope {
-        text += &scope_text(scope);
-    }
+    text += &scope_text(provenance.scope.as_ref());
     for thread in table.threads() {
         text += &thread_text(thread);
     }
@@ -83,7 +81,10 @@ fn reflectance_of_models(fabric: &Fabric) -> impl Iterator<Item = (ModelKind, Re
 }
 
 /// What the table was baked for, and what that left out.
-fn scope_text(scope: &ScopeNote) -> String {
+pub(crate) fn scope_text(scope: Option<&ScopeNote>) -> String {
+    let Some(scope) = scope else {
+        return String::new();
+    };
     let mut text = String::new();
     match scope.share {
         Some(share) if share > 0.0 => {

@@ -34,7 +34,8 @@ pub(crate) fn run(args: &RecordArgs) -> Result<Outcome> {
 }
 
 fn is_recording(path: &Path) -> bool {
-    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("needs"))
+    path.extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("needs"))
 }
 
 /// A recording.

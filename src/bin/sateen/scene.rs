@@ -196,9 +196,9 @@ fn reasons(grid: &GridForecast) -> Vec<String> {
         Content::Volume => {
             reasons.push("S, since no surface reflects where eta is 1".to_owned());
         }
-        Content::Dyed => reasons.push(
-            "a channel of two, since the albedo is grey and stays as it is".to_owned(),
-        ),
+        Content::Dyed => {
+            reasons.push("a channel of two, since the albedo is grey and stays as it is".to_owned())
+        }
     }
     if let sateen::chart::Coordinates::Isotropic = grid.coordinates {
         reasons.push("a fourth axis, since the cloth looks the same in all directions".to_owned());
@@ -210,7 +210,10 @@ fn reasons(grid: &GridForecast) -> Vec<String> {
     } = grid.coordinates
     {
         if ends_fold {
-            reasons.push(format!("half of {}, since both ends look the same", names[0]));
+            reasons.push(format!(
+                "half of {}, since both ends look the same",
+                names[0]
+            ));
         }
         if sides_fold {
             reasons.push("half of phi_h, since both sides look the same".to_owned());
@@ -229,7 +232,11 @@ fn drawing([left, right]: &[Projection; 2]) -> String {
             let knots = &projection.knots[axis];
             let (from, to) = (knots[0], knots[knots.len() - 1]);
             let place = from + share * (to - from);
-            knots[1..].iter().take_while(|knot| **knot < place).count().min(count - 1)
+            knots[1..]
+                .iter()
+                .take_while(|knot| **knot < place)
+                .count()
+                .min(count - 1)
         };
         let up = 1.0 - (row as f64 + 0.5) / ROWS as f64;
         let shares = &projection.shares[cell(1, up, projection.shares.len())];
@@ -237,7 +244,11 @@ fn drawing([left, right]: &[Projection; 2]) -> String {
             .map(|column| {
                 let right = (column as f64 + 0.5) / COLUMNS as f64;
                 let share = shares[cell(0, right, shares.len())];
-                let shade = if share > 0.0 { 1 + (share * 3.999) as usize } else { 0 };
+                let shade = if share > 0.0 {
+                    1 + (share * 3.999) as usize
+                } else {
+                    0
+                };
                 SHADES[shade.min(4)]
             })
             .collect()

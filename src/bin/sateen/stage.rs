@@ -34,7 +34,9 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
     };
     let output = Output::prepare(&args.output)?;
     let poses: Vec<Pose> = match args.draws {
-        Some(draws) => (0..u64::from(draws)).map(|k| scene.pose(args.seed + k)).collect(),
+        Some(draws) => (0..u64::from(draws))
+            .map(|k| scene.pose(args.seed + k))
+            .collect(),
         None => vec![scene.default_pose()],
     };
     let stage = Stage::new(&scene);
@@ -51,7 +53,8 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
         };
         let picture = take(&wardrobe, progress.part(0.0, 0.5))?;
         if let Some(other) = &other {
-            let differs = |(a, b): (&[f32; 4], &[f32; 4])| a.map(f32::to_bits) != b.map(f32::to_bits);
+            let differs =
+                |(a, b): (&[f32; 4], &[f32; 4])| a.map(f32::to_bits) != b.map(f32::to_bits);
             let others = take(other, progress.part(0.5, 1.0))?;
             let pairs = picture.pixels.iter().zip(&others.pixels);
             pixels += picture.pixels.len();
