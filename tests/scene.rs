@@ -256,8 +256,8 @@ fn other_lights_and_lenses_are_foreseen() {
         "[[object]]\nmesh = \"square\"\ncloth = \"velvet\"\nturn_deg = [-70, 20]\ninstances = [{ rotation_deg = [0, 20, 10] }]\n",
     ];
     for (k, camera) in cameras.iter().enumerate() {
-        for (j, light) in lights.iter().enumerate() {
-            let scene = scene_of(&text(camera, light, objects[(j + k) % 2])).unwrap();
+        for (j, light) in lights.iter().enumerate().skip(k % 2).step_by(2) {
+            let scene = scene_of(&text(camera, light, objects[k / 2])).unwrap();
             let counts = unforeseen(&scene, &needs(&scene), &poses(&scene, 5));
             assert!(counts[0] == 0 && counts[1] > 0, "{k} {j}: {counts:?}");
         }

@@ -38,8 +38,8 @@ const ROUNDING: f64 = 2e-5;
 const ALIKE: f64 = 0.03;
 /// Frames that differ by more, radians, are as good as any.
 const WIDEST: f64 = 1.2;
-/// For more caps than this, some microseconds each, patches and pieces become coarser, …
-const MAX_CAPS: f64 = 3e6;
+/// For more caps than this, of a microsecond each while they are small, patches and pieces become coarser, …
+const MAX_CAPS: f64 = 8e5;
 /// … by this factor at a time, …
 const COARSER: f64 = 1.4;
 /// … up to so many times.
@@ -169,7 +169,9 @@ impl Scene {
                     .fold(nearest, f64::min);
             }
             let patches = patches(&object.mesh, ALIKE * detail, nearest.max(0.05 * radius));
-            let caps = 2.0 * patches.len() as f64 * (counts[0] + counts[1]) as f64;
+            // Large caps take longer.
+            let caps =
+                2.0 * detail * detail * patches.len() as f64 * (counts[0] + counts[1]) as f64;
             if caps <= MAX_CAPS || coarsenings == MAX_COARSENINGS {
                 break (around, patches, counts);
             }
