@@ -38,10 +38,12 @@ const ROUNDING: f64 = 2e-5;
 const ALIKE: f64 = 0.03;
 /// Frames that differ by more, radians, are as good as any.
 const WIDEST: f64 = 1.2;
-/// More caps than this are not looked at: patches become coarser, up to …
-const MAX_CAPS: f64 = 1e8;
-/// … this many times.
-const MAX_COARSENINGS: u32 = 6;
+/// For more caps than this, of a microsecond each while they are small, patches and pieces become coarser, …
+const MAX_CAPS: f64 = 8e5;
+/// … by this factor at a time, …
+const COARSER: f64 = 1.4;
+/// … up to so many times.
+const MAX_COARSENINGS: i32 = 6;
 /// The longest piece of a turn, radians.
 const TURN: f64 = 0.09;
 /// Patches that are joined on one thread.
@@ -148,30 +150,35 @@ impl Scene {
         object: &Object,
         progress: Progress<'_>,
     ) -> Result<(Needs, ObjectNeeds), Cancelled> {
-        let around = self.around(object);
         let (middle, radius) = ball(&object.mesh);
-        // Pieces are near or far as seen from the nearest of the object.
-        let mut nearest = f64::INFINITY;
-        let (mut cameras, mut lights) = (0, 0);
-        for place in &around {
-            cameras += place.viewers.len();
-            let pieces = place.lights.iter().flat_map(|(_, pieces)| pieces);
-            lights += pieces.clone().count();
-            let distance = |piece: &Piece| piece.distance(middle, radius + place.moved.sway);
-            nearest = pieces
-                .chain(&place.viewers)
-                .map(distance)
-                .fold(nearest, f64::min);
-        }
-        let mut alike = ALIKE;
-        let mut patches = patches(&object.mesh, alike, nearest.max(0.02 * radius));
-        for _ in 0..MAX_COARSENINGS {
-            if patches.len() as f64 * (cameras + lights) as f64 * 2.0 <= MAX_CAPS {
-                break;
+        let mut coarsenings = 0;
+        let (around, patches, [cameras, lights]) = loop {
+            let detail = COARSER.powi(coarsenings);
+            let around = self.around(object, detail);
+            // Pieces are near or far as seen from the nearest of the object.
+            let mut nearest = f64::INFINITY;
+            let mut counts = [0; 2];
+            for place in &around {
+                counts[0] += place.viewers.len();
+                let pieces = place.lights.iter().flat_map(|(_, pieces)| pieces);
+                counts[1] += pieces.clone().count();
+                let distance = |piece: &Piece| piece.distance(middle, radius + place.moved.sway);
+                nearest = pieces
+                    .chain(&place.viewers)
+                    .map(distance)
+                    .fold(nearest, f64::min);
             }
-            alike *= 1.4;
-            patches = self::patches(&object.mesh, alike, nearest.max(0.02 * radius));
-        }
+            let patches = patches(&object.mesh, ALIKE * detail, nearest.max(0.05 * radius));
+            // Large caps take longer.
+            let caps =
+                2.0 * detail * detail * patches.len() as f64 * (counts[0] + counts[1]) as f64;
+            if caps <= MAX_CAPS || coarsenings == MAX_COARSENINGS {
+                break (around, patches, counts);
+            }
+            // Patches are of two to five dimensions, pieces of two.
+            let excess = (caps / MAX_CAPS).ln() / (5.0 * COARSER.ln());
+            coarsenings = (coarsenings + (excess as i32).max(1)).min(MAX_COARSENINGS);
+        };
         let steps = progress.steps(patches.len().div_ceil(RUN));
         let needs = patches
             .par_chunks(RUN)
@@ -203,9 +210,9 @@ impl Scene {
     }
 
     /// What the object sees around it in all of its places.
-    fn around(&self, object: &Object) -> Vec<Around<'_>> {
+    fn around(&self, object: &Object, detail: f64) -> Vec<Around<'_>> {
         let [from, to] = object.turn;
-        let cuts = ((to - from) / TURN).ceil().max(1.0);
+        let cuts = ((to - from) / (TURN * detail)).ceil().max(1.0);
         let (middle, radius) = ball(&object.mesh);
         let mut all = Vec::new();
         for instance in &object.instances {
@@ -223,14 +230,18 @@ impl Scene {
                 .iter()
                 .flat_map(|camera| match (&camera.path, camera.lens) {
                     (CameraPath::Within { place, .. }, Lens::Perspective(_)) => {
-                        place.pieces(center, reach)
+                        place.pieces(center, reach, detail)
                     }
                     (CameraPath::Within { place, target, .. }, Lens::Orthographic(_)) => {
                         let far = |piece: Piece| {
                             let (axis, radius) = piece.seen_from(*target, 0.0);
                             Piece::Far { axis, radius }
                         };
-                        place.pieces(*target, 0.0).into_iter().map(far).collect()
+                        place
+                            .pieces(*target, 0.0, detail)
+                            .into_iter()
+                            .map(far)
+                            .collect()
                     }
                     (
                         CameraPath::Orbit {
@@ -239,15 +250,15 @@ impl Scene {
                             sky,
                         },
                         Lens::Perspective(_),
-                    ) => sky.around(*target, *distance),
-                    (CameraPath::Orbit { sky, .. }, Lens::Orthographic(_)) => sky.far(),
+                    ) => sky.around(*target, *distance, detail),
+                    (CameraPath::Orbit { sky, .. }, Lens::Orthographic(_)) => sky.far(detail),
                 })
                 .collect();
             let lights = self.lights.iter().map(|light| {
                 let pieces = match &light.source {
-                    LightSource::Directional(sky) => sky.far(),
+                    LightSource::Directional(sky) => sky.far(detail),
                     LightSource::Point { place, .. } | LightSource::Spot { place, .. } => {
-                        place.pieces(center, reach)
+                        place.pieces(center, reach, detail)
                     }
                     LightSource::Environment(above) => vec![Piece::Far {
                         axis: DVec3::Y,

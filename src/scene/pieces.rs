@@ -6,12 +6,12 @@ use glam::DVec3;
 
 use super::{Placement, Region, Sky};
 
-/// Pieces at the edge of a range have at most this radius, radians …
-const FINE: f64 = 0.022;
+/// Pieces at the edge of a range have at most this radius, radians, times the `detail`, 1 or more, that is asked for …
+const FINE: f64 = 0.04;
 /// … and those within it this: there neighbours cover what one of them covers too much.
 const COARSE: f64 = 0.25;
-/// The longest piece of a range of distances, far end over near.
-const STRETCH: f64 = 1.3;
+/// The longest piece of a range of distances: far end over near is 1 and this, times the detail.
+const STRETCH: f64 = 0.6;
 /// A box is cut into at most this many along each side.
 const MAX_CUTS: f64 = 12.0;
 
@@ -85,7 +85,7 @@ impl Piece {
 
 impl Sky {
     /// Caps that cover the range.
-    pub(super) fn caps(&self) -> Vec<(DVec3, f64)> {
+    pub(super) fn caps(&self, detail: f64) -> Vec<(DVec3, f64)> {
         let mut caps = Vec::new();
         let mut open = vec![*self];
         while let Some(cell) = open.pop() {
@@ -102,7 +102,7 @@ impl Sky {
             let sides = [half(cell.azimuth) * widest, half(cell.elevation)];
             let radius = sides[0] + sides[1];
             let is_inside = || radius <= COARSE && self.has_cap(azimuth, elevation, radius);
-            if radius <= FINE || is_inside() {
+            if radius <= FINE * detail || is_inside() {
                 caps.push((Self::at(azimuth, elevation), radius));
             } else if sides[0] > sides[1] {
                 let [from, to] = cell.azimuth;
@@ -137,17 +137,19 @@ impl Sky {
     }
 
     /// The range as directions.
-    pub(super) fn far(&self) -> Vec<Piece> {
+    pub(super) fn far(&self, detail: f64) -> Vec<Piece> {
         let far = |(axis, radius)| Piece::Far { axis, radius };
-        self.caps().into_iter().map(far).collect()
+        self.caps(detail).into_iter().map(far).collect()
     }
 
     /// The range as places around a point.
-    pub(super) fn around(&self, target: DVec3, [from, to]: [f64; 2]) -> Vec<Piece> {
-        let cuts = ((to / from).ln() / STRETCH.ln()).ceil().clamp(1.0, 64.0);
+    pub(super) fn around(&self, target: DVec3, [from, to]: [f64; 2], detail: f64) -> Vec<Piece> {
+        let cuts = ((to / from).ln() / (STRETCH * detail).ln_1p())
+            .ceil()
+            .clamp(1.0, 64.0);
         let at = |k: f64| from * (to / from).powf(k / cuts);
         let mut pieces = Vec::new();
-        for (axis, radius) in self.caps() {
+        for (axis, radius) in self.caps(detail) {
             for k in 0..cuts as u32 {
                 let ends = [at(f64::from(k)), at(f64::from(k) + 1.0)];
                 let [a, b] = ends.map(|distance| target + distance * axis);
@@ -161,10 +163,10 @@ impl Sky {
 
 impl Region {
     /// Balls that cover the box, small as seen from something within `around` of `point`.
-    pub(super) fn pieces(&self, point: DVec3, around: f64) -> Vec<Piece> {
+    pub(super) fn pieces(&self, point: DVec3, around: f64, detail: f64) -> Vec<Piece> {
         let size = self.high - self.low;
         let nearest = point.clamp(self.low, self.high).distance(point) - around;
-        let longest = (2.0 * FINE * nearest).max(size.max_element() / MAX_CUTS);
+        let longest = (2.0 * FINE * detail * nearest).max(size.max_element() * detail / MAX_CUTS);
         let cuts = |length: f64| (length / longest).ceil().clamp(1.0, MAX_CUTS);
         let cuts = if size == DVec3::ZERO {
             DVec3::ONE
@@ -211,7 +213,7 @@ mod tests {
             degrees([20.0, 110.0], [30.0, 90.0]),
             degrees([33.0, 33.0], [7.0, 7.0]),
         ] {
-            let caps = sky.caps();
+            let caps = sky.caps(1.0);
             assert!(caps.len() < 3000, "{}", caps.len());
             let share = |[from, to]: [f64; 2], k: u32| from + (to - from) * f64::from(k) / 40.0;
             for k in 0..=40 {
