@@ -30,6 +30,79 @@ pub struct Cap {
     pub radius: f64,
 }
 
+/// How many directions of a cap belong to a set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Overlap {
+    /// None, for certain.
+    None,
+    /// Perhaps some.
+    Some,
+    /// All, for certain.
+    All,
+}
+
+/// Caps around squares of bins, of 8² squares, 16², … down to the bins.
+pub struct Pyramid {
+    levels: Vec<Vec<Cap>>,
+}
+
+/// Squares along each side at the top of a [`Pyramid`].
+const TOP: u32 = 8;
+
+impl Pyramid {
+    /// Builds it.
+    #[expect(clippy::new_without_default, reason = "it is not for nothing")]
+    pub fn new() -> Self {
+        let sides = core::iter::successors(Some(TOP), |side| Some(2 * side));
+        let sides = sides.take_while(|side| *side <= RESOLUTION);
+        let level = |side: u32| {
+            (0..side * side)
+                .map(|square| cap(square as usize, side))
+                .collect()
+        };
+        Self {
+            levels: sides.map(level).collect(),
+        }
+    }
+
+    /// All bins whose cap has some directions in a set.
+    pub fn find(&self, overlap: &impl Fn(&Cap) -> Overlap) -> Directions {
+        let mut found = Directions::none();
+        for square in 0..self.levels[0].len() {
+            self.descend(0, square, overlap, &mut found);
+        }
+        found
+    }
+
+    fn descend(
+        &self,
+        level: usize,
+        square: usize,
+        overlap: &impl Fn(&Cap) -> Overlap,
+        found: &mut Directions,
+    ) {
+        let side = (TOP as usize) << level;
+        let (row, column) = (square / side, square % side);
+        match overlap(&self.levels[level][square]) {
+            Overlap::None => {}
+            Overlap::Some if level + 1 < self.levels.len() => {
+                for (down, right) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let square = (2 * row + down) * 2 * side + 2 * column + right;
+                    self.descend(level + 1, square, overlap, found);
+                }
+            }
+            _ => {
+                let width = RESOLUTION as usize / side;
+                for row in row * width..(row + 1) * width {
+                    for column in column * width..(column + 1) * width {
+                        found.add_bin(row * RESOLUTION as usize + column);
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// A set of bins of directions above the surface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Directions {
@@ -133,7 +206,7 @@ impl Directions {
 
     /// A cap around every bin, by its number.
     pub fn caps() -> Vec<Cap> {
-        (0..BINS).map(cap).collect()
+        (0..BINS).map(|bin| cap(bin, RESOLUTION)).collect()
     }
 
     pub(super) fn add_bin(&mut self, bin: usize) {
@@ -174,24 +247,23 @@ fn index_of(place: f64) -> usize {
 }
 
 fn centre(bin: usize) -> [f64; 3] {
-    corner(bin, [0.5, 0.5])
+    corner(bin, RESOLUTION, [0.5, 0.5])
 }
 
-fn corner(bin: usize, [right, down]: [f64; 2]) -> [f64; 3] {
-    let resolution = RESOLUTION as usize;
-    let place = |index: usize, part: f64| 2.0 * (index as f64 + part) / N - 1.0;
-    from_square([
-        place(bin % resolution, right),
-        place(bin / resolution, down),
-    ])
+/// A place in one of `side`² squares.
+fn corner(square: usize, side: u32, [right, down]: [f64; 2]) -> [f64; 3] {
+    let place = |index: usize, part: f64| 2.0 * (index as f64 + part) / f64::from(side) - 1.0;
+    let side = side as usize;
+    from_square([place(square % side, right), place(square / side, down)])
 }
 
-/// The smallest cap around a bin's centre. Its edges are arcs of great circles, so that no point is farther than a corner.
-fn cap(bin: usize) -> Cap {
-    let axis = centre(bin);
+/// The smallest cap around the centre of one of `side`² squares. Its edges are arcs of great circles, so that no point is farther
+/// than a corner.
+fn cap(square: usize, side: u32) -> Cap {
+    let axis = corner(square, side, [0.5, 0.5]);
     let farthest = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]
         .map(|part| {
-            let corner = corner(bin, part);
+            let corner = corner(square, side, part);
             let chord = [0, 1, 2].map(|k| corner[k] - axis[k]);
             Float::sqrt(chord.iter().map(|x| x * x).sum::<f64>())
         })

@@ -7,7 +7,7 @@
 mod bins;
 mod format;
 
-pub use bins::{Cap, Directions, RESOLUTION};
+pub use bins::{Cap, Directions, Overlap, Pyramid, RESOLUTION};
 pub use format::NeedsError;
 
 use alloc::{vec, vec::Vec};

@@ -15,35 +15,36 @@
 //! U = δ + a + asin tan²(δ/2) + asin (e tan δ / cos a)
 //! ```
 //!
+//! **Bins.** For every bin of directions it is asked whether a light or a camera may be there, by squares of bins first, and so every bin
+//! costs no more than its neighbours if whole squares have all or none.
+//!
 //! **Sides.** From behind cloth is the frame turned by 180° about the warp, so that both sides are such patches. A side is seen only
 //! if the viewer is above the plane of a triangle; where it then is hardly above that of n, or even below it, the picture tilts n towards
 //! the viewer (`Mesh::place`), and δ grows by as much.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::pieces::{Piece, angle};
-use super::{CameraPath, Lens, LightSource, Object, Placement, Scene, flat_normal};
-use crate::needs::{Directions, Needs};
+use super::range::{Eye, Place, angle};
+use super::{Camera, CameraPath, Lens, LightSource, Object, Placement, Scene, flat_normal};
+use crate::needs::{Cap, Directions, Needs, Overlap, Pyramid};
 use crate::progress::{Cancelled, Progress};
 use crate::render::Mesh;
 use crate::render::mesh::GRAZING;
 
 /// What single precision may turn a direction by, radians, amply.
 const ROUNDING: f64 = 2e-5;
-/// Normals, warps and the position as lights and cameras see it are alike within about this, radians.
-const ALIKE: f64 = 0.03;
+/// Normals, warps and the position as lights and cameras see it are alike within about this, radians …
+const ALIKE: f64 = 0.008;
+/// … or some times this, until there are no more patches in all places than so many, if nothing moves, and if something does.
+const COARSER: f64 = 1.4;
+const MAX_PATCHES: [usize; 2] = [500_000, 60_000];
+const COARSEST: f64 = 0.3;
 /// Frames that differ by more, radians, are as good as any.
 const WIDEST: f64 = 1.2;
-/// For more caps than this, of a microsecond each while they are small, patches and pieces become coarser, …
-const MAX_CAPS: f64 = 8e5;
-/// … by this factor at a time, …
-const COARSER: f64 = 1.4;
-/// … up to so many times.
-const MAX_COARSENINGS: i32 = 6;
 /// The longest piece of a turn, radians.
 const TURN: f64 = 0.09;
 /// Patches that are joined on one thread.
@@ -71,9 +72,9 @@ pub struct ObjectNeeds {
     pub patches: usize,
     /// … in that many places and states of a turn.
     pub placements: usize,
-    /// Pieces of the places of cameras.
+    /// Cameras that look at it.
     pub cameras: usize,
-    /// Pieces of the places of lights.
+    /// Lights that may light it.
     pub lights: usize,
     /// The share of all pairs that this object asks for, 0 to 1.
     pub share: f64,
@@ -96,21 +97,20 @@ struct Patch {
     bent: f64,
 }
 
-/// Pieces of lights and cameras, as an object in one place sees them.
-struct Around<'a> {
-    lights: Vec<(&'a LightSource, Vec<Piece>)>,
-    viewers: Vec<Piece>,
-    /// What positions and frames may be off by.
-    moved: Moved,
+/// An object in one place, and what positions and frames may be off by.
+struct Around {
     placement: Placement,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Moved {
     /// The turn about the vertical through the object's origin, radians to either side.
     turn: f64,
-    /// Any way, in the object's units.
+    /// Any way.
     sway: f64,
+}
+
+/// All lights and viewers.
+struct Surroundings<'a> {
+    lights: Vec<(&'a LightSource, Option<Place>)>,
+    viewers: Vec<Place>,
+    pyramid: Pyramid,
 }
 
 impl Scene {
@@ -150,42 +150,46 @@ impl Scene {
         object: &Object,
         progress: Progress<'_>,
     ) -> Result<(Needs, ObjectNeeds), Cancelled> {
+        let around = object.places();
+        let surroundings = self.surroundings();
+        let places = || {
+            let lights = surroundings
+                .lights
+                .iter()
+                .filter_map(|(_, place)| place.as_ref());
+            lights.chain(&surroundings.viewers)
+        };
         let (middle, radius) = ball(&object.mesh);
-        let mut coarsenings = 0;
-        let (around, patches, [cameras, lights]) = loop {
-            let detail = COARSER.powi(coarsenings);
-            let around = self.around(object, detail);
-            // Pieces are near or far as seen from the nearest of the object.
-            let mut nearest = f64::INFINITY;
-            let mut counts = [0; 2];
-            for place in &around {
-                counts[0] += place.viewers.len();
-                let pieces = place.lights.iter().flat_map(|(_, pieces)| pieces);
-                counts[1] += pieces.clone().count();
-                let distance = |piece: &Piece| piece.distance(middle, radius + place.moved.sway);
-                nearest = pieces
-                    .chain(&place.viewers)
-                    .map(distance)
-                    .fold(nearest, f64::min);
+        // Positions are alike as seen from the nearest of all places.
+        let nearest = around.iter().map(|around| {
+            let center = around.placement.point(middle);
+            let radius = around.placement.scale * radius + around.sway;
+            let distances = places().map(|place| place.distance(center, radius));
+            distances.fold(f64::INFINITY, f64::min) / around.placement.scale
+        });
+        let nearest = nearest.fold(f64::INFINITY, f64::min).max(0.05 * radius);
+        let is_still =
+            places().all(Place::is_fixed) && around.iter().all(|around| around.is_still());
+        let most = MAX_PATCHES[usize::from(!is_still)];
+        let mut alike = if is_still {
+            ALIKE
+        } else {
+            ALIKE * COARSER * COARSER
+        };
+        let patches = loop {
+            let patches = patches(&object.mesh, alike, nearest);
+            if patches.len() * around.len() <= most || alike > COARSEST {
+                break patches;
             }
-            let patches = patches(&object.mesh, ALIKE * detail, nearest.max(0.05 * radius));
-            // Large caps take longer.
-            let caps =
-                2.0 * detail * detail * patches.len() as f64 * (counts[0] + counts[1]) as f64;
-            if caps <= MAX_CAPS || coarsenings == MAX_COARSENINGS {
-                break (around, patches, counts);
-            }
-            // Patches are of two to five dimensions, pieces of two.
-            let excess = (caps / MAX_CAPS).ln() / (5.0 * COARSER.ln());
-            coarsenings = (coarsenings + (excess as i32).max(1)).min(MAX_COARSENINGS);
+            alike *= COARSER;
         };
         let steps = progress.steps(patches.len().div_ceil(RUN));
         let needs = patches
             .par_chunks(RUN)
             .try_fold(Needs::none, |mut needs, patches| {
                 for patch in patches {
-                    for place in &around {
-                        patch.add(place, &mut needs);
+                    for around in &around {
+                        patch.add(around, &surroundings, &mut needs);
                     }
                 }
                 steps.advance().map(|()| needs)
@@ -202,94 +206,72 @@ impl Scene {
             triangles: object.mesh.triangles.len(),
             patches: patches.len(),
             placements: around.len(),
-            cameras,
-            lights,
+            cameras: self.cameras.len(),
+            lights: self.lights.len(),
             share: needs.share(),
         };
         Ok((needs, found))
     }
 
-    /// What the object sees around it in all of its places.
-    fn around(&self, object: &Object, detail: f64) -> Vec<Around<'_>> {
-        let [from, to] = object.turn;
-        let cuts = ((to - from) / (TURN * detail)).ceil().max(1.0);
-        let (middle, radius) = ball(&object.mesh);
-        let mut all = Vec::new();
-        for instance in &object.instances {
-            let center = instance.point(middle);
-            // Wherever it turns to.
-            let reach = object.sway
-                + instance.scale * radius
-                + if from < to {
-                    2.0 * center.distance(instance.translation)
-                } else {
-                    0.0
-                };
-            let viewers: Vec<Piece> = self
-                .cameras
-                .iter()
-                .flat_map(|camera| match (&camera.path, camera.lens) {
-                    (CameraPath::Within { place, .. }, Lens::Perspective(_)) => {
-                        place.pieces(center, reach, detail)
-                    }
-                    (CameraPath::Within { place, target, .. }, Lens::Orthographic(_)) => {
-                        let far = |piece: Piece| {
-                            let (axis, radius) = piece.seen_from(*target, 0.0);
-                            Piece::Far { axis, radius }
-                        };
-                        place
-                            .pieces(*target, 0.0, detail)
-                            .into_iter()
-                            .map(far)
-                            .collect()
-                    }
-                    (
-                        CameraPath::Orbit {
-                            target,
-                            distance,
-                            sky,
-                        },
-                        Lens::Perspective(_),
-                    ) => sky.around(*target, *distance, detail),
-                    (CameraPath::Orbit { sky, .. }, Lens::Orthographic(_)) => sky.far(detail),
-                })
-                .collect();
-            let lights = self.lights.iter().map(|light| {
-                let pieces = match &light.source {
-                    LightSource::Directional(sky) => sky.far(detail),
-                    LightSource::Point { place, .. } | LightSource::Spot { place, .. } => {
-                        place.pieces(center, reach, detail)
-                    }
-                    LightSource::Environment(above) => vec![Piece::Far {
-                        axis: DVec3::Y,
-                        radius: FRAC_PI_2 - above,
-                    }],
-                    LightSource::Collocated => Vec::new(),
-                };
-                (&light.source, pieces)
-            });
-            let lights: Vec<(&LightSource, Vec<Piece>)> = lights.collect();
-            for k in 0..cuts as u32 {
-                let half = 0.5 * (to - from) / cuts;
-                let turn = from + (2.0 * f64::from(k) + 1.0) * half;
-                let placement = instance.moved(turn, DVec3::ZERO);
-                let local = |pieces: &[Piece]| -> Vec<Piece> {
-                    pieces.iter().map(|piece| piece.local(&placement)).collect()
-                };
-                all.push(Around {
-                    lights: (lights.iter())
-                        .map(|(source, pieces)| (*source, local(pieces)))
-                        .collect(),
-                    viewers: local(&viewers),
-                    moved: Moved {
-                        turn: half,
-                        sway: object.sway / placement.scale,
-                    },
-                    placement,
-                });
+    fn surroundings(&self) -> Surroundings<'_> {
+        let viewer = |camera: &Camera| match (camera.path, camera.lens) {
+            (CameraPath::Within { place, .. }, Lens::Perspective(_)) => Place::Near(place),
+            (CameraPath::Within { place, target, .. }, Lens::Orthographic(_)) => Place::Along {
+                target,
+                region: place,
+            },
+            (
+                CameraPath::Orbit {
+                    target,
+                    distance,
+                    sky,
+                },
+                Lens::Perspective(_),
+            ) => Place::Around {
+                target,
+                distance,
+                sky,
+            },
+            (CameraPath::Orbit { sky, .. }, Lens::Orthographic(_)) => Place::Far(sky),
+        };
+        let light = |source: &LightSource| match *source {
+            LightSource::Directional(sky) => Some(Place::Far(sky)),
+            LightSource::Point { place, .. } | LightSource::Spot { place, .. } => {
+                Some(Place::Near(place))
             }
+            LightSource::Environment(above) => Some(Place::Above(above)),
+            LightSource::Collocated => None,
+        };
+        Surroundings {
+            lights: (self.lights.iter())
+                .map(|found| (&found.source, light(&found.source)))
+                .collect(),
+            viewers: self.cameras.iter().map(viewer).collect(),
+            pyramid: Pyramid::new(),
         }
-        all
+    }
+}
+
+impl Object {
+    /// All of its places, a range of turns in pieces.
+    fn places(&self) -> Vec<Around> {
+        let [from, to] = self.turn;
+        let cuts = ((to - from) / TURN).ceil().max(1.0);
+        let half = 0.5 * (to - from) / cuts;
+        let turned = |instance: &Placement, k: u32| Around {
+            placement: instance.moved(from + (2.0 * f64::from(k) + 1.0) * half, DVec3::ZERO),
+            turn: half,
+            sway: self.sway,
+        };
+        let instances = self.instances.iter();
+        let all = instances.flat_map(|instance| (0..cuts as u32).map(move |k| turned(instance, k)));
+        all.collect()
+    }
+}
+
+impl Around {
+    fn is_still(&self) -> bool {
+        self.turn == 0.0 && self.sway == 0.0
     }
 }
 
@@ -308,81 +290,85 @@ impl Patch {
     }
 
     /// Adds what is asked of it in one place of its object.
-    fn add(&self, around: &Around<'_>, needs: &mut Needs) {
-        let Moved { turn, sway } = around.moved;
-        // The object's origin is on the axis about which it turns.
-        let reach = self.radius + sway + turn * (self.center.length() + self.radius);
+    fn add(&self, around: &Around, surroundings: &Surroundings<'_>, needs: &mut Needs) {
+        let Around {
+            placement,
+            turn,
+            sway,
+        } = around;
+        let eye = Eye {
+            center: placement.point(self.center),
+            // The object's origin is on the axis about which it turns.
+            radius: placement.scale * (self.radius + turn * (self.center.length() + self.radius))
+                + sway,
+        };
+        let plain = self.uncertainty(0.0) + turn;
+        // Where a viewer is below a smooth normal's horizon, or hardly above it, the picture tilts the normal until it is above by
+        // GRAZING: the part of n across the direction stays.
+        let tilted = self.bent + f64::from(GRAZING) / self.bent.cos().max(0.1) + 1e-4;
+        let bent = self.uncertainty(tilted) + turn;
         for side in [1.0, -1.0] {
-            let [warp, weft, normal] = self.axes;
+            let [warp, weft, normal] = self.axes.map(|axis| placement.rotation * axis);
             let axes = [warp, side * weft, side * normal];
-            let local = |w: DVec3| axes.map(|axis| axis.dot(w));
-            // Those well above the surface, and those at whose grazing directions the picture bends normals.
-            let mut clear = Directions::none();
-            let mut grazing: Vec<(DVec3, f64)> = Vec::new();
-            let mut most_bent: f64 = 0.0;
-            let plain = self.uncertainty(0.0) + turn;
-            let mut is_seen = false;
-            for piece in &around.viewers {
-                let (axis, radius) = piece.seen_from(self.center, reach);
-                let elevation = FRAC_PI_2 - angle(axis, axes[2]);
-                // Below the planes of all triangles.
-                if elevation + radius + turn + ROUNDING < -self.flat {
-                    continue;
+            let scene = |[x, y, z]: [f64; 3]| x * axes[0] + y * axes[1] + z * axes[2];
+            // Whether a viewer whose place is known is seen from this side, and whether n is tilted for it.
+            let seen = |place: &Place, is_low: bool| {
+                place.direction(eye).is_none_or(|(to, stray)| {
+                    let elevation = to.dot(axes[2]).clamp(-1.0, 1.0).asin();
+                    let stray = stray + turn + ROUNDING;
+                    elevation + stray >= -self.flat
+                        && !(is_low && elevation - stray - self.tilt > f64::from(GRAZING) + 1e-3)
+                })
+            };
+            let viewers = |slack: f64, is_low: bool| {
+                let all = surroundings.viewers.iter();
+                let all: Vec<&Place> = all.filter(|place| seen(place, is_low)).collect();
+                if all.is_empty() {
+                    return Directions::none();
                 }
-                is_seen = true;
-                let lowest = elevation - radius - turn - self.tilt - ROUNDING;
-                if lowest > f64::from(GRAZING) + 1e-4 {
-                    clear.add_cap(local(axis), radius + plain);
-                } else {
-                    // The part of n across the direction stays, and GRAZING is added along it.
-                    let below = (-lowest).clamp(0.0, self.bent);
-                    let bent = below + f64::from(GRAZING) / below.cos().max(0.1) + 1e-4;
-                    most_bent = most_bent.max(bent);
-                    grazing.push((axis, radius));
-                }
-            }
-            if !is_seen {
-                continue;
-            }
-            let bent = self.uncertainty(most_bent) + turn;
-            let mut low = Directions::none();
-            for (axis, radius) in grazing {
-                low.add_cap(local(axis), radius + bent);
-            }
-            for (viewers, uncertainty) in [(&clear, plain), (&low, bent)] {
+                surroundings.pyramid.find(&|cap: &Cap| {
+                    let elevation = cap.axis[2].min(1.0).asin() - cap.radius;
+                    if is_low && elevation > f64::from(GRAZING) + 1e-3 {
+                        return Overlap::None;
+                    }
+                    let to = scene(cap.axis);
+                    let mut found = Overlap::None;
+                    for place in &all {
+                        match place.overlap(eye, to, cap.radius, slack) {
+                            // The lower part alone is wanted.
+                            Overlap::All if !is_low => return Overlap::All,
+                            Overlap::None => {}
+                            _ => found = Overlap::Some,
+                        }
+                    }
+                    found
+                })
+            };
+            for (viewers, slack) in [(viewers(plain, false), plain), (viewers(bent, true), bent)] {
                 if viewers.is_empty() {
                     continue;
                 }
-                for (source, pieces) in &around.lights {
-                    if matches!(source, LightSource::Collocated) {
-                        needs.add_collocated(viewers);
+                for (source, place) in &surroundings.lights {
+                    let Some(place) = place else {
+                        needs.add_collocated(&viewers);
+                        continue;
+                    };
+                    if !self.is_in_cone(source, eye) {
                         continue;
                     }
-                    let mut lights = Directions::none();
-                    for piece in pieces {
-                        if !self.is_in_cone(source, piece, around, reach) {
-                            continue;
-                        }
-                        let (axis, radius) = piece.seen_from(self.center, reach);
-                        lights.add_cap(local(axis), radius + uncertainty);
-                    }
-                    if !lights.is_empty() {
-                        needs.add(&lights, viewers);
-                    }
+                    let lights = surroundings
+                        .pyramid
+                        .find(&|cap: &Cap| place.overlap(eye, scene(cap.axis), cap.radius, slack));
+                    needs.add(&lights, &viewers);
                 }
             }
         }
     }
 
-    /// Whether a spot, at any place of the piece, may light any of it; true of other lights.
-    fn is_in_cone(
-        &self,
-        source: &LightSource,
-        piece: &Piece,
-        around: &Around<'_>,
-        reach: f64,
-    ) -> bool {
+    /// Whether a spot, anywhere it may be, may light any of it; true of other lights.
+    fn is_in_cone(&self, source: &LightSource, eye: Eye) -> bool {
         let LightSource::Spot {
+            place,
             axis,
             cone: [_, outer],
             ..
@@ -390,10 +376,10 @@ impl Patch {
         else {
             return true;
         };
-        let (to_light, radius) = piece.seen_from(self.center, reach);
-        // The spot's axis is fixed in the scene, so that it turns in the object's coordinates.
-        let shines = around.placement.rotation.inverse() * *axis;
-        angle(-to_light, shines) <= outer + radius + around.moved.turn + ROUNDING
+        let middle = 0.5 * (place.low + place.high);
+        let reach = eye.radius + 0.5 * place.low.distance(place.high);
+        let to = eye.center - middle;
+        reach >= to.length() || angle(to, *axis) <= outer + (reach / to.length()).asin() + ROUNDING
     }
 }
 
@@ -408,74 +394,132 @@ fn ball(mesh: &Mesh) -> (DVec3, f64) {
     (0.5 * (low + high), 0.5 * low.distance(high))
 }
 
+/// A triangle, or a part of one: corners' positions, normals and warps of any length, and the unit normal of its plane.
+#[derive(Clone, Copy)]
+struct Facet {
+    positions: [DVec3; 3],
+    normals: [DVec3; 3],
+    warps: [DVec3; 3],
+    flat: DVec3,
+}
+
+/// A facet is quartered at most so many times.
+const MAX_CUTS: u32 = 3;
+
+impl Facet {
+    fn of(mesh: &Mesh, triangle: [u32; 3]) -> Option<Self> {
+        let corners = |vectors: &[glam::Vec3]| triangle.map(|k| vectors[k as usize].as_dvec3());
+        let facet = Self {
+            positions: corners(&mesh.positions),
+            normals: corners(&mesh.normals),
+            warps: corners(&mesh.warps),
+            flat: flat_normal(mesh, triangle)?,
+        };
+        // To the side of the smooth normals, whatever the order of corners.
+        let is_turned = facet.flat.dot(facet.normals.iter().sum()) < 0.0;
+        Some(Self {
+            flat: if is_turned { -facet.flat } else { facet.flat },
+            ..facet
+        })
+    }
+
+    /// The frame in its middle: normal and warp.
+    fn frame(&self) -> [DVec3; 2] {
+        let normal = self.normals.iter().sum::<DVec3>().normalize_or(DVec3::Z);
+        let warp = self.warps.iter().sum::<DVec3>();
+        let warp = (warp - warp.dot(normal) * normal).normalize_or(normal.any_orthonormal_vector());
+        [normal, warp]
+    }
+
+    /// How far frames at its corners are turned from that.
+    fn spread(&self) -> f64 {
+        let [normal, warp] = self.frame();
+        let of_normals = self.normals.map(|n| angle(n, normal));
+        let of_warps = self.warps.map(|w| angle_in(normal, warp, w).abs());
+        of_normals.into_iter().chain(of_warps).fold(0.0, f64::max)
+    }
+
+    /// Parts whose frames are alike. Mixes within a part are mixes of those at its corners.
+    fn cut(&self, alike: f64, cuts: u32, into: &mut Vec<Self>) {
+        if cuts == 0 || self.spread() <= alike {
+            into.push(*self);
+            return;
+        }
+        let middles = |[a, b, c]: [DVec3; 3]| [0.5 * (b + c), 0.5 * (c + a), 0.5 * (a + b)];
+        let (p, n, w) = (
+            middles(self.positions),
+            middles(self.normals),
+            middles(self.warps),
+        );
+        for k in 0..3 {
+            // The corner k and the middles of its sides.
+            let part = |corners: [DVec3; 3], middles: [DVec3; 3]| {
+                [corners[k], middles[(k + 2) % 3], middles[(k + 1) % 3]]
+            };
+            let part = Self {
+                positions: part(self.positions, p),
+                normals: part(self.normals, n),
+                warps: part(self.warps, w),
+                flat: self.flat,
+            };
+            part.cut(alike, cuts - 1, into);
+        }
+        let middle = Self {
+            positions: p,
+            normals: n,
+            warps: w,
+            flat: self.flat,
+        };
+        middle.cut(alike, cuts - 1, into);
+    }
+
+    /// The same for facets that are alike.
+    fn key(&self, alike: f64, cell: f64) -> u128 {
+        let [normal, warp] = self.frame();
+        let middle = self.positions.iter().sum::<DVec3>() / 3.0;
+        // What differs much within itself is not to widen patches of others.
+        let class = (self.spread() / (0.5 * alike)).max(1.0).log2().ceil() as u32;
+        let mut key = u128::from(class.min(15));
+        let mut push = |value: f64, bits: u32| {
+            let mask = (1i64 << bits) - 1;
+            key = key << bits | u128::from((value.floor() as i64 & mask) as u64);
+        };
+        for vector in [normal, warp] {
+            for value in vector.to_array() {
+                push(value / alike, 8);
+            }
+        }
+        for value in middle.to_array() {
+            push(value / cell, 24);
+        }
+        key
+    }
+}
+
 /// The triangles of a mesh in patches of those that are alike within about `alike` radians, for lights and cameras at least
 /// `distance` away, as well.
 fn patches(mesh: &Mesh, alike: f64, distance: f64) -> Vec<Patch> {
     let cell = alike * distance;
-    let mut keyed: Vec<(u128, u32)> = mesh
+    let facets: Vec<Facet> = mesh
         .triangles
         .par_iter()
-        .enumerate()
-        .filter_map(|(index, triangle)| {
-            flat_normal(mesh, *triangle)?;
-            Some((key(mesh, *triangle, alike, cell), index as u32))
+        .flat_map_iter(|triangle| {
+            let mut parts = Vec::new();
+            if let Some(facet) = Facet::of(mesh, *triangle) {
+                facet.cut(alike, MAX_CUTS, &mut parts);
+            }
+            parts
         })
         .collect();
+    let keys = facets.par_iter().map(|facet| facet.key(alike, cell));
+    let mut keyed: Vec<(u128, usize)> = keys.enumerate().map(|(k, key)| (key, k)).collect();
     keyed.par_sort_unstable();
-    let groups: Vec<&[(u128, u32)]> = keyed.chunk_by(|a, b| a.0 == b.0).collect();
-    let patch = |group: &&[(u128, u32)]| {
-        let triangles = group
-            .iter()
-            .map(|(_, index)| mesh.triangles[*index as usize]);
-        patch_of(mesh, &triangles.collect::<Vec<_>>())
+    let groups: Vec<&[(u128, usize)]> = keyed.chunk_by(|a, b| a.0 == b.0).collect();
+    let patch = |group: &&[(u128, usize)]| {
+        let facets = group.iter().map(|(_, index)| facets[*index]);
+        patch_of(&facets.collect::<Vec<_>>())
     };
     groups.par_iter().map(patch).collect()
-}
-
-/// The frame in the middle of a triangle: normal and warp.
-fn frame(mesh: &Mesh, triangle: [u32; 3]) -> [DVec3; 2] {
-    let sum = |vectors: &[glam::Vec3]| -> DVec3 {
-        let corner = |index: u32| vectors[index as usize].as_dvec3();
-        triangle.into_iter().map(corner).sum()
-    };
-    let normal = sum(&mesh.normals).normalize_or(DVec3::Z);
-    let warp = sum(&mesh.warps);
-    let warp = (warp - warp.dot(normal) * normal).normalize_or(normal.any_orthonormal_vector());
-    [normal, warp]
-}
-
-/// The same for triangles that are alike.
-fn key(mesh: &Mesh, triangle: [u32; 3], alike: f64, cell: f64) -> u128 {
-    let [normal, warp] = frame(mesh, triangle);
-    let corners = triangle.map(|index| index as usize);
-    let middle = corners
-        .iter()
-        .map(|k| mesh.positions[*k].as_dvec3())
-        .sum::<DVec3>()
-        / 3.0;
-    // What differs much within itself is not to widen patches of others.
-    let spread = corners
-        .iter()
-        .map(|k| {
-            angle(mesh.normals[*k].as_dvec3(), normal)
-                .max(angle_in(normal, warp, mesh.warps[*k].as_dvec3()).abs())
-        })
-        .fold(0.0, f64::max);
-    let class = (spread / (0.5 * alike)).max(1.0).log2().ceil() as u32;
-    let mut key = u128::from(class.min(15));
-    let mut push = |value: f64, bits: u32| {
-        let mask = (1i64 << bits) - 1;
-        key = key << bits | u128::from((value.floor() as i64 & mask) as u64);
-    };
-    for vector in [normal, warp] {
-        for value in vector.to_array() {
-            push(value / alike, 8);
-        }
-    }
-    for value in middle.to_array() {
-        push(value / cell, 24);
-    }
-    key
 }
 
 /// The azimuth of a vector from the warp about the normal.
@@ -483,14 +527,12 @@ fn angle_in(normal: DVec3, warp: DVec3, vector: DVec3) -> f64 {
     vector.dot(normal.cross(warp)).atan2(vector.dot(warp))
 }
 
-fn patch_of(mesh: &Mesh, triangles: &[[u32; 3]]) -> Patch {
-    let frames = || triangles.iter().map(|triangle| frame(mesh, *triangle));
-    let normal = frames().map(|[normal, _]| normal).sum::<DVec3>();
+fn patch_of(facets: &[Facet]) -> Patch {
+    let normal = facets.iter().map(|facet| facet.frame()[0]).sum::<DVec3>();
     let normal = normal.normalize_or(DVec3::Z);
-    let warp = frames().map(|[_, warp]| warp).sum::<DVec3>();
+    let warp = facets.iter().map(|facet| facet.frame()[1]).sum::<DVec3>();
     let warp = (warp - warp.dot(normal) * normal).normalize_or(normal.any_orthonormal_vector());
-    let corners = || triangles.iter().flatten().map(|index| *index as usize);
-    let positions = || corners().map(|k| mesh.positions[k].as_dvec3());
+    let positions = || facets.iter().flat_map(|facet| facet.positions);
     let low = positions().fold(DVec3::INFINITY, DVec3::min);
     let high = positions().fold(DVec3::NEG_INFINITY, DVec3::max);
     let mut patch = Patch {
@@ -507,34 +549,21 @@ fn patch_of(mesh: &Mesh, triangles: &[[u32; 3]]) -> Patch {
         .map(|p| p.distance(patch.center))
         .fold(0.0, f64::max)
         * (1.0 + 1e-6);
-    for k in corners() {
-        let (n, w) = (mesh.normals[k].as_dvec3(), mesh.warps[k].as_dvec3());
-        patch.tilt = patch.tilt.max(angle(n, normal));
-        patch.turn = patch.turn.max(angle_in(normal, warp, w).abs());
-        let in_plane = (w - w.dot(normal) * normal).length();
-        let height = w.dot(normal).abs() / in_plane;
-        // Of no length, or along the normal, it may be any.
-        if height.is_finite() {
-            patch.height = patch.height.max(height);
-        } else {
-            patch.turn = PI;
+    for facet in facets {
+        for (n, w) in facet.normals.into_iter().zip(facet.warps) {
+            patch.tilt = patch.tilt.max(angle(n, normal));
+            patch.turn = patch.turn.max(angle_in(normal, warp, w).abs());
+            let in_plane = (w - w.dot(normal) * normal).length();
+            let height = w.dot(normal).abs() / in_plane;
+            // Of no length, or along the normal, it may be any.
+            if height.is_finite() {
+                patch.height = patch.height.max(height);
+            } else {
+                patch.turn = PI;
+            }
+            patch.bent = patch.bent.max(angle(facet.flat, n));
         }
-    }
-    for triangle in triangles {
-        let Some(flat) = flat_normal(mesh, *triangle) else {
-            continue;
-        };
-        let middle = triangle.map(|k| mesh.normals[k as usize].as_dvec3());
-        // To the side of the smooth normals, whatever the order of corners.
-        let flat = if flat.dot(middle.iter().sum()) < 0.0 {
-            -flat
-        } else {
-            flat
-        };
-        patch.flat = patch.flat.max(angle(flat, normal));
-        for n in middle {
-            patch.bent = patch.bent.max(angle(flat, n));
-        }
+        patch.flat = patch.flat.max(angle(facet.flat, normal));
     }
     // Where a triangle's plane stands on its normals, either side of these may be seen.
     if patch.bent > WIDEST || patch.tilt > WIDEST {

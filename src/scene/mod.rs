@@ -7,8 +7,8 @@
 mod analyse;
 mod gltf;
 mod parse;
-mod pieces;
 mod pose;
+mod range;
 mod stage;
 
 use std::collections::BTreeMap;

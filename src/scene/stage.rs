@@ -11,7 +11,7 @@ use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 
-use super::pieces::angle;
+use super::range::angle;
 use super::{Lens, LightPose, LightSource, Object, Placement, Pose, Scene, flat_normal};
 use crate::progress::{Cancelled, Progress};
 use crate::render::mesh::{barycentric, intersect};

@@ -90,7 +90,7 @@ fn to_text(scene: &Scene, analysis: &Analysis, seconds: f64, found: &[Found<'_>]
     let mut text = format!("{}: {}\n", scene.name, scene.title);
     for object in &analysis.objects {
         text += &format!(
-            "  {:<12} {} triangles in {} patches, {} placements, {} pieces of lights and {} of cameras: {:.1} % of all pairs of {}\n",
+            "  {:<12} {} triangles in {} patches, {} placements, {} lights and {} cameras: {:.1} % of all pairs of {}\n",
             object.name,
             object.triangles,
             object.patches,
