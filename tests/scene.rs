@@ -200,10 +200,16 @@ fn a_scene_is_read_as_it_is_written() {
 }
 
 fn everything_is_foreseen(name: &str) -> f64 {
-    let scene = Scene::load(&sample(name)).unwrap();
+    let mut scene = Scene::load(&sample(name)).unwrap();
+    // A twentieth of the triangles, spread over the cloth, is as good a test and takes a fraction of the time.
+    for object in &mut scene.objects {
+        let mut mesh = Mesh::clone(&object.mesh);
+        mesh.triangles = mesh.triangles.into_iter().step_by(19).collect();
+        object.mesh = mesh.into();
+    }
     let analysis = scene.analyse(Progress::silent()).unwrap();
     let [missing, all] = unforeseen(&scene, &analysis.needs, &poses(&scene, 24));
-    assert!(all > 5_000, "{name}: {all}");
+    assert!(all > 500, "{name}: {all}");
     assert_eq!(missing, 0, "{name}: of {all}");
     let share = analysis
         .needs
@@ -256,7 +262,7 @@ fn other_lights_and_lenses_are_foreseen() {
         "[[object]]\nmesh = \"square\"\ncloth = \"velvet\"\nturn_deg = [-70, 20]\ninstances = [{ rotation_deg = [0, 20, 10] }]\n",
     ];
     for (k, camera) in cameras.iter().enumerate() {
-        for (j, light) in lights.iter().enumerate().skip(k % 2).step_by(2) {
+        for (j, light) in lights.iter().enumerate() {
             let scene = scene_of(&text(camera, light, objects[k / 2])).unwrap();
             let counts = unforeseen(&scene, &needs(&scene), &poses(&scene, 5));
             assert!(counts[0] == 0 && counts[1] > 0, "{k} {j}: {counts:?}");

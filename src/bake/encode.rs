@@ -111,7 +111,7 @@ pub(super) fn fill_grid(
         samples,
         rows: runs
             .filter(|_| !is_all)
-            .map(|runs| Rows::new(runs, &axes, channels).expect("some pair is needed")),
+            .map(|runs| Rows::new(&runs, &axes, channels).expect("some pair is needed")),
         axes,
     })
 }

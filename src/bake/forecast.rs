@@ -151,7 +151,7 @@ fn of_grid(
             } else {
                 count(&integrated) + count(&scaling)
             };
-            let rows = Rows::new(runs, &axes, content.channels());
+            let rows = Rows::new(&runs, &axes, content.channels());
             let baked = rows.as_ref().map(|rows| rows.baked_cells(&axes));
             let index = rows.as_ref().map_or(0, Rows::bytes);
             (cells, bytes, sites) = (baked.unwrap_or([0; 2]), samples + index, with_scale);

@@ -7,7 +7,7 @@
 use crate::brdf::Response;
 use crate::math::simd::{Row, Vector};
 use crate::math::{Vec3, splat};
-use crate::table::{CHANNELS, Cell, Content, Grid, ROW, Rows, Samples, TAPS};
+use crate::table::{CHANNELS, Content, Grid, ROW, Rows, Samples, TAPS};
 
 /// What a grid says of pairs.
 pub(super) struct Found<V> {
@@ -110,7 +110,7 @@ impl<V: Vector> Places<V> {
             };
             let mut is_missing = grid.collapsed().any(beside);
             if let Some(rows) = &grid.rows {
-                let (settled, is_elsewhere) = settled(rows, grid, first);
+                let (settled, is_elsewhere) = rows.settle(first);
                 if is_elsewhere {
                     is_missing = true;
                     self.move_to(grid, lane, settled, u);
@@ -201,39 +201,6 @@ impl<V: Vector> Places<V> {
 /// How far a pair may be from the place that an axis has collapsed to: some roundings.
 const COLLAPSED: f32 = 1e-6;
 
-/// The first coefficients of the cell that is looked up instead, and whether it is another.
-#[inline(always)]
-fn settled(rows: &Rows, grid: &Grid, first: [u32; 4]) -> ([u32; 4], bool) {
-    let [s1, s2, s3] = rows.strides();
-    let row = s1 * first[1] as usize + s2 * first[2] as usize + s3 * first[3] as usize;
-    match rows.cell(row) {
-        Cell::Baked {
-            first: from,
-            last: to,
-        } if (from..=to).contains(&first[0]) => (first, false),
-        cell => (nearest(rows, grid, first[0], row, cell), true),
-    }
-}
-
-#[cold]
-fn nearest(rows: &Rows, grid: &Grid, first: u32, row: usize, cell: Cell) -> [u32; 4] {
-    let row = match cell {
-        Cell::Baked { .. } => row,
-        Cell::Elsewhere(row) => row as usize,
-    };
-    // What is elsewhere is baked.
-    let first = match rows.cell(row) {
-        Cell::Baked {
-            first: from,
-            last: to,
-        } => first.clamp(from, to),
-        Cell::Elsewhere(_) => first,
-    };
-    let [_, n1, n2, _] = grid.axes.each_ref().map(crate::table::Axis::len);
-    let place = [row % n1, row / n1 % n2, row / n1 / n2];
-    [first, place[0] as u32, place[1] as u32, place[2] as u32]
-}
-
 /// Where among the samples rows are.
 trait Layout {
     /// The rows of a cell of N channels by its first coefficients: from there on as many numbers as are read at once, for the b-th,
@@ -280,9 +247,8 @@ impl Layout for Rows {
         samples: &'a [T],
     ) -> impl Fn(usize, usize, usize) -> &'a [T; ROW] {
         let [s1, s2, s3] = self.strides();
-        let row = s1 * first[1] + s2 * first[2] + s3 * first[3];
-        let last = row + (B - 1) * s1 + (C - 1) * s2 + (D - 1) * s3;
-        let offsets = &self.offsets()[row..=last];
+        let last = (B - 1) * s1 + (C - 1) * s2 + (D - 1) * s3;
+        let offsets = &self.offsets_from(first)[..=last];
         let along = (N * first[0]) as i32;
         #[inline(always)]
         move |b, c, d| {

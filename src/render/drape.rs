@@ -1,4 +1,4 @@
-//! Cloth that hangs: a pleated curtain and a trouser leg, as \[Fecho13\] figures A.2 to A.4 show.
+//! Cloth that hangs: a pleated curtain and a trouser leg (and for scenes a skirt), as \[Fecho13\] figures A.2 to A.4 show.
 //!
 //! A curtain's warp hangs down. Across it the cloth does not stretch: with s along the weft,
 //!
@@ -82,6 +82,20 @@ pub fn trousers() -> Mesh {
         // Around the line: forwards is (cos, −sin) turned from down.
         let (side, forwards) = (radius * around.sin(), radius * around.cos());
         [x + forwards * cos, y + forwards * sin, side]
+    })
+}
+
+/// A skirt, 0.8 long, as a tube that widens downwards into folds. Its warp hangs down.
+pub fn skirt() -> Mesh {
+    const LENGTH: f64 = 0.8;
+    const WAIST: f64 = 0.13;
+    const FOLDS: f64 = 9.0;
+    let size = Vec2::new(LENGTH as f32, (TAU * WAIST) as f32);
+    Mesh::sheet(120, 720, size, |u, v| {
+        let around = TAU * v - PI;
+        let fold = 0.16 * u * (FOLDS * around + 0.6 * (2.0 * around).sin()).cos();
+        let radius = WAIST * (1.0 + 0.9 * u) * (1.0 + fold);
+        [radius * around.sin(), -LENGTH * u, radius * around.cos()]
     })
 }
 

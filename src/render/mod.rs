@@ -28,7 +28,7 @@ pub use cloth::{Cloth, Evaluate, MISSING, Swatch};
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;
-pub use drape::{curtain, trousers};
+pub use drape::{curtain, skirt, trousers};
 pub use exr::{Layer, to_exr};
 pub use load::{MAX_MESH_BYTES, MeshError, Part, load_mesh, load_parts};
 pub use mesh::{Drape, Mesh};

@@ -19,7 +19,7 @@ use super::{
 use crate::fabric::source::Source;
 use crate::fabric::{Fabric, FabricError, MAX_TOML_BYTES, nearest_name};
 use crate::pattern::{MAX_IMAGE_BYTES, Pattern};
-use crate::render::{Mesh, Part, curtain, load_parts, trousers};
+use crate::render::{Mesh, Part, curtain, load_parts, skirt, trousers};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -109,7 +109,7 @@ const MAX_ENTRIES: usize = 4096;
 const MAX_COORDINATE: f64 = 1e9;
 const LENGTHS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 const MUST_BE_LENGTH: &str = "lie between 1e-9 and 1e9";
-const BUILT_IN: &str = "curtain, trousers, sphere or square";
+const BUILT_IN: &str = "curtain, trousers, skirt, sphere or square";
 
 pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
@@ -624,6 +624,7 @@ impl Reader<'_> {
         let built_in = match mesh.as_str() {
             "curtain" => Some(curtain()),
             "trousers" => Some(trousers()),
+            "skirt" => Some(skirt()),
             "sphere" => Some(sphere()),
             "square" => Some(square()),
             _ => None,

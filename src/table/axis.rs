@@ -310,6 +310,12 @@ impl Axis {
         (0..cells).map(|cell| self.first_of(cell))
     }
 
+    /// Whether a coefficient is the first of a cell.
+    pub(crate) fn has_cell(&self, first: usize) -> bool {
+        // At a kink one index is skipped.
+        first < self.cells.len() && self.kink.is_none_or(|kink| first != kink)
+    }
+
     /// The nearest coordinate of the cell that begins with a coefficient.
     pub(crate) fn clamp(&self, first: u32, u: f32) -> f32 {
         let cell = &self.cells[first as usize];

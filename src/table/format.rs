@@ -393,12 +393,12 @@ struct GridHeader {
 impl GridHeader {
     fn load(self, bytes: &[u8], chunk: &Chunk, runs: Option<&Chunk>) -> Result<Grid, Error> {
         let (word, channels) = (self.encoding.bytes(), self.content.channels());
-        let rows = match runs {
-            Some(chunk) => Some(self.load_rows(bytes, chunk)?),
+        let runs = match runs {
+            Some(chunk) => Some((self.load_runs(bytes, chunk)?, chunk.offset)),
             None => None,
         };
-        let coefficients = match &rows {
-            Some(rows) => rows.runs().iter().map(|run| u64::from(run.count)).sum(),
+        let coefficients = match &runs {
+            Some((runs, _)) => runs.iter().map(|run| u64::from(run.count)).sum(),
             // At most 1025⁴, and with channels and bytes 2⁴³.
             None => self
                 .axes
@@ -416,6 +416,15 @@ impl GridHeader {
                 offset: chunk.offset,
             });
         }
+        let rows = match runs {
+            Some((runs, offset)) => Some(Rows::new(&runs, &self.axes, channels).ok_or(
+                Error::Invalid {
+                    what: "runs of coefficients",
+                    offset,
+                },
+            )?),
+            None => None,
+        };
         let words = Words::Of {
             bytes: word,
             before: channels,
@@ -453,7 +462,7 @@ impl GridHeader {
         })
     }
 
-    fn load_rows(&self, bytes: &[u8], chunk: &Chunk) -> Result<Rows, Error> {
+    fn load_runs(&self, bytes: &[u8], chunk: &Chunk) -> Result<Vec<Run>, Error> {
         let rows: u64 = self.axes[1..]
             .iter()
             .map(|axis| axis.len() as u64)
@@ -466,19 +475,11 @@ impl GridHeader {
         }
         let decoded = decode(bytes, chunk, RUN_WORDS, "runs")?;
         let number = |[low, high]: [u8; 2]| u16::from_le_bytes([low, high]);
-        let runs = decoded
-            .as_chunks()
-            .0
-            .iter()
-            .map(|[a, b, c, d]| Run {
-                first: number([*a, *b]),
-                count: number([*c, *d]),
-            })
-            .collect();
-        Rows::new(runs, &self.axes, self.content.channels()).ok_or(Error::Invalid {
-            what: "runs of coefficients",
-            offset: chunk.offset,
-        })
+        let run = |[a, b, c, d]: &[u8; 4]| Run {
+            first: number([*a, *b]),
+            count: number([*c, *d]),
+        };
+        Ok(decoded.as_chunks().0.iter().map(run).collect())
     }
 }
 
@@ -849,7 +850,8 @@ mod write {
                 let planes = split_planes(&bytes, word, grid.content.channels());
                 contents.push((Codec::ZstdPlanes, bytes.len(), compress(&planes)?));
                 if let Some(rows) = &grid.rows {
-                    let numbers = rows.runs().iter().flat_map(|run| [run.first, run.count]);
+                    let runs = rows.runs(&grid.axes);
+                    let numbers = runs.iter().flat_map(|run| [run.first, run.count]);
                     let bytes: Vec<u8> = numbers.flat_map(u16::to_le_bytes).collect();
                     let planes = split_planes(&bytes, 2, 2);
                     contents.push((Codec::ZstdPlanes, bytes.len(), compress(&planes)?));

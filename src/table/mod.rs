@@ -50,9 +50,9 @@ pub use format::{MAJOR, MAX_DECODED_BYTES, MINOR};
 pub(crate) use grid::{CHANNELS, ROW};
 pub use grid::{Content, Grid};
 pub(crate) use misses::Misses;
+pub(crate) use rows::Rows;
 #[cfg(feature = "bake")]
 pub(crate) use rows::Run;
-pub(crate) use rows::{Cell, Rows};
 
 use alloc::{boxed::Box, string::String, vec::Vec};
 

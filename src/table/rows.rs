@@ -11,8 +11,12 @@ use super::{Axis, TAPS};
 /// Runs of coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Rows {
-    /// By row, `[u₃][u₂][u₁]`.
-    runs: Vec<Run>,
+    /// The first place along u₁, u₂ and u₃ at which there are any, and from there on how many: rows beside these have none, and are
+    /// not counted.
+    low: [usize; 3],
+    counts: [usize; 3],
+    /// How many make up a value.
+    taps: [usize; 3],
     /// By row: which sample its coefficient 0 is, or would be if it had it.
     offsets: Vec<i32>,
     /// By first row of a cell: see [`Cell`].
@@ -30,7 +34,6 @@ pub(crate) struct Run {
 
 impl Run {
     /// Both ends included.
-    #[cfg(feature = "bake")]
     pub(crate) fn join(&mut self, first: u16, last: u16) {
         if self.count == 0 {
             *self = Self {
@@ -44,6 +47,16 @@ impl Run {
         }
     }
 
+    /// What two have in common.
+    fn meet(self, other: Self) -> Self {
+        let first = self.first.max(other.first);
+        let end = self.end().min(other.end());
+        Self {
+            first,
+            count: end.saturating_sub(first),
+        }
+    }
+
     /// One past the last.
     pub(crate) fn end(self) -> u16 {
         self.first + self.count
@@ -52,7 +65,7 @@ impl Run {
 
 /// Where a lookup in a cell of u₁, u₂ and u₃ goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Cell {
+enum Cell {
     /// All its rows have the coefficients that begin from the first to the last of these.
     Baked { first: u32, last: u32 },
     /// Nowhere: this one is the nearest that has.
@@ -86,40 +99,66 @@ impl Cell {
 }
 
 impl Rows {
-    /// Rows with these `runs`, of a grid of these axes and number of channels. `None` if there is not a run for each row within the
-    /// first axis, or no cell that has all its coefficients.
-    pub(crate) fn new(runs: Vec<Run>, axes: &[Axis; 4], channels: usize) -> Option<Self> {
-        let lengths = axes.each_ref().map(Axis::len);
-        let [n0, n1, n2, n3] = lengths;
+    /// Rows with these `runs`, `[u₃][u₂][u₁]`, of a grid of these axes and number of channels. `None` if there is not a run for each row
+    /// within the first axis, if no cell has all its coefficients, or some coefficient is of no such cell.
+    pub(crate) fn new(runs: &[Run], axes: &[Axis; 4], channels: usize) -> Option<Self> {
+        let [n0, n1, n2, n3] = axes.each_ref().map(Axis::len);
         let are_within = runs
             .iter()
             .all(|run| usize::from(run.first) + usize::from(run.count) <= n0);
         if runs.len() != n1 * n2 * n3 || !are_within {
             return None;
         }
+        let places = || {
+            let rows = runs.iter().enumerate().filter(|(_, run)| run.count > 0);
+            rows.map(|(row, _)| [row % n1, row / n1 % n2, row / n1 / n2])
+        };
+        let low = places().reduce(|a, b| [0, 1, 2].map(|k| a[k].min(b[k])))?;
+        let high = places().reduce(|a, b| [0, 1, 2].map(|k| a[k].max(b[k])))?;
+        let counts = [0, 1, 2].map(|k| high[k] + 1 - low[k]);
+        let run_at = |row: usize| {
+            let [a, b, c] = place_of(row, counts);
+            runs[low[0] + a + n1 * (low[1] + b + n2 * (low[2] + c))]
+        };
+        let rows = counts.iter().product();
         let mut sample = 0;
-        let mut offsets = Vec::with_capacity(runs.len());
-        for run in &runs {
-            let offset = sample as i64 - (channels * usize::from(run.first)) as i64;
+        let mut offsets = Vec::with_capacity(rows);
+        for row in 0..rows {
+            let run = run_at(row);
+            let offset = i64::from(sample) - (channels * usize::from(run.first)) as i64;
             offsets.push(i32::try_from(offset).ok()?);
-            sample += channels * usize::from(run.count);
+            sample += u32::try_from(channels * usize::from(run.count)).ok()?;
         }
+        let is_flat = [1, 2, 3].map(|axis| axes[axis].is_flat());
         let mut rows = Self {
-            cells: vec![u32::MAX; runs.len()],
-            runs,
+            low,
+            counts,
+            taps: is_flat.map(|is_flat| if is_flat { 1 } else { TAPS }),
             offsets,
-            strides: strides(axes),
+            cells: vec![u32::MAX; rows],
+            strides: strides(counts, is_flat),
         };
         let mut open = VecDeque::new();
-        for f3 in axes[3].firsts() {
-            for f2 in axes[2].firsts() {
-                for f1 in axes[1].firsts() {
-                    let cell = f1 + n1 * (f2 + n2 * f3);
-                    if let Some(baked) = rows.common(cell, axes) {
-                        rows.cells[cell] = baked.pack();
-                        open.push_back((cell, cell));
-                    }
-                }
+        for cell in 0..rows.cells.len() {
+            let place = place_of(cell, counts);
+            let is_cell = (0..3).all(|k| {
+                let first = low[k] + place[k];
+                place[k] + rows.taps[k] <= counts[k] && axes[k + 1].has_cell(first)
+            });
+            let mut common = Run {
+                first: 0,
+                count: u16::MAX,
+            };
+            if is_cell {
+                rows.of_cell(cell, |row| common = common.meet(run_at(row)));
+            }
+            if is_cell && usize::from(common.count) >= TAPS {
+                let baked = Cell::Baked {
+                    first: common.first.into(),
+                    last: u32::from(common.end()) - TAPS as u32,
+                };
+                rows.cells[cell] = baked.pack();
+                open.push_back((cell, cell));
             }
         }
         if open.is_empty() {
@@ -127,10 +166,13 @@ impl Rows {
         }
         // Outwards from those that are baked, a step along an axis at a time.
         while let Some((cell, from)) = open.pop_front() {
-            let place = [cell % n1, cell / n1 % n2, cell / n1 / n2];
-            for (axis, stride) in [1, n1, n1 * n2].into_iter().enumerate() {
+            let place = place_of(cell, counts);
+            for (axis, stride) in [1, counts[0], counts[0] * counts[1]]
+                .into_iter()
+                .enumerate()
+            {
                 let below = (place[axis] > 0).then(|| cell - stride);
-                let above = (place[axis] + 1 < lengths[axis + 1]).then(|| cell + stride);
+                let above = (place[axis] + 1 < counts[axis]).then(|| cell + stride);
                 for next in [below, above].into_iter().flatten() {
                     if rows.cells[next] == u32::MAX {
                         rows.cells[next] = Cell::Elsewhere(from as u32).pack();
@@ -139,33 +181,70 @@ impl Rows {
                 }
             }
         }
-        Some(rows)
+        (rows.runs(axes) == runs).then_some(rows)
     }
 
-    /// What all rows of a cell have in common.
-    fn common(&self, cell: usize, axes: &[Axis; 4]) -> Option<Cell> {
-        let taps = [1, 2, 3].map(|axis| if axes[axis].is_flat() { 1 } else { TAPS });
+    /// The rows of a cell that begins with one.
+    fn of_cell(&self, cell: usize, mut with: impl FnMut(usize)) {
         let [s1, s2, s3] = self.strides;
-        let (mut first, mut end) = (0, u16::MAX);
-        for d in 0..taps[2] {
-            for c in 0..taps[1] {
-                for b in 0..taps[0] {
-                    let run = self.runs[cell + d * s3 + c * s2 + b * s1];
-                    first = first.max(run.first);
-                    end = end.min(if run.count == 0 { 0 } else { run.end() });
+        for d in 0..self.taps[2] {
+            for c in 0..self.taps[1] {
+                for b in 0..self.taps[0] {
+                    with(cell + d * s3 + c * s2 + b * s1);
                 }
             }
         }
-        (first + TAPS as u16 <= end).then(|| Cell::Baked {
-            first: first.into(),
-            last: u32::from(end) - TAPS as u32,
-        })
     }
 
-    /// Where a lookup goes in the cell that begins with a row.
+    /// Where a lookup goes in the cell that begins with these coefficients, and whether that is elsewhere.
     #[inline(always)]
-    pub(crate) fn cell(&self, row: usize) -> Cell {
-        Cell::unpack(self.cells[row])
+    pub(crate) fn settle(&self, first: [u32; 4]) -> ([u32; 4], bool) {
+        let mut is_within = true;
+        let mut row = 0;
+        for k in 0..3 {
+            let place = (first[k + 1] as usize).wrapping_sub(self.low[k]);
+            is_within &= place < self.counts[k];
+            row += self.strides[k] * place.min(self.counts[k] - 1);
+        }
+        match Cell::unpack(self.cells[row]) {
+            Cell::Baked {
+                first: from,
+                last: to,
+            } if is_within && (from..=to).contains(&first[0]) => (first, false),
+            cell => (self.nearest(first, cell), true),
+        }
+    }
+
+    #[cold]
+    fn nearest(&self, first: [u32; 4], cell: Cell) -> [u32; 4] {
+        // Within the box first; what is elsewhere then is baked.
+        let place = [0, 1, 2].map(|k| {
+            let last = self.low[k] + self.counts[k] - self.taps[k];
+            (first[k + 1] as usize).clamp(self.low[k], last) - self.low[k]
+        });
+        let within: usize = place
+            .iter()
+            .zip(self.strides)
+            .map(|(a, stride)| a * stride)
+            .sum();
+        let row = match (Cell::unpack(self.cells[within]), cell) {
+            (Cell::Elsewhere(row), _) => row as usize,
+            (Cell::Baked { .. }, _) => within,
+        };
+        let f0 = match Cell::unpack(self.cells[row]) {
+            Cell::Baked {
+                first: from,
+                last: to,
+            } => first[0].clamp(from, to),
+            Cell::Elsewhere(_) => first[0],
+        };
+        let [f1, f2, f3] = place_of(row, self.counts);
+        [
+            f0,
+            (self.low[0] + f1) as u32,
+            (self.low[1] + f2) as u32,
+            (self.low[2] + f3) as u32,
+        ]
     }
 
     /// From one coefficient of u₁, u₂ and u₃ to the next.
@@ -174,30 +253,40 @@ impl Rows {
         self.strides
     }
 
-    /// Which sample a row's coefficient 0 is, by row.
+    /// Of the rows from that which begins a cell on, which sample coefficient 0 is.
     #[inline(always)]
-    pub(crate) fn offsets(&self) -> &[i32] {
-        &self.offsets
+    pub(crate) fn offsets_from(&self, first: [usize; 4]) -> &[i32] {
+        let row: usize = (0..3)
+            .map(|k| self.strides[k] * (first[k + 1] - self.low[k]))
+            .sum();
+        &self.offsets[row..]
     }
 
-    /// By row.
-    pub(crate) fn runs(&self) -> &[Run] {
-        &self.runs
+    /// By row `[u₃][u₂][u₁]`: what cells need.
+    pub(crate) fn runs(&self, axes: &[Axis; 4]) -> Vec<Run> {
+        let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
+        let mut runs = vec![Run::default(); n1 * n2 * n3];
+        for (cell, number) in self.cells.iter().enumerate() {
+            if let Cell::Baked { first, last } = Cell::unpack(*number) {
+                self.of_cell(cell, |row| {
+                    let [a, b, c] = place_of(row, self.counts);
+                    let [a, b, c] = [self.low[0] + a, self.low[1] + b, self.low[2] + c];
+                    runs[a + n1 * (b + n2 * c)].join(first as u16, last as u16 + TAPS as u16 - 1);
+                });
+            }
+        }
+        runs
     }
 
     /// Bytes in memory.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(&self.runs[..]) + size_of_val(&self.offsets[..]) + size_of_val(&self.cells[..])
+        size_of_val(&self.offsets[..]) + size_of_val(&self.cells[..])
     }
 
     /// Whether the cell that begins with these coefficients has all that it needs.
     #[cfg(feature = "bake")]
-    pub(crate) fn has(&self, [f0, f1, f2, f3]: [usize; 4]) -> bool {
-        let [s1, s2, s3] = self.strides;
-        match self.cell(s1 * f1 + s2 * f2 + s3 * f3) {
-            Cell::Baked { first, last } => (first as usize..=last as usize).contains(&f0),
-            Cell::Elsewhere(_) => false,
-        }
+    pub(crate) fn has(&self, first: [usize; 4]) -> bool {
+        !self.settle(first.map(|first| first as u32)).1
     }
 
     /// How many of the cells have coefficients, of how many.
@@ -218,13 +307,16 @@ impl Rows {
     }
 }
 
-fn strides(axes: &[Axis; 4]) -> [usize; 3] {
-    let lengths = axes.each_ref().map(Axis::len);
+fn place_of(row: usize, [n1, n2, _]: [usize; 3]) -> [usize; 3] {
+    [row % n1, row / n1 % n2, row / n1 / n2]
+}
+
+fn strides(counts: [usize; 3], is_flat: [bool; 3]) -> [usize; 3] {
     let mut stride = 1;
-    [1, 2, 3].map(|axis| {
+    [0, 1, 2].map(|k| {
         let this = stride;
-        stride *= lengths[axis];
-        if axes[axis].is_flat() { 0 } else { this }
+        stride *= counts[k];
+        if is_flat[k] { 0 } else { this }
     })
 }
 
@@ -239,26 +331,32 @@ mod tests {
         // Coefficients 1 to 4 of rows 2 to 4: the cell of u₁ that begins with row 2, where two cells of u₀ are.
         let mut runs = vec![Run::default(); 6];
         runs[2..5].fill(Run { first: 1, count: 4 });
-        let rows = Rows::new(runs.clone(), &axes, 2).unwrap();
-        assert_eq!(rows.cell(2), Cell::Baked { first: 1, last: 2 });
-        for row in [0, 1, 3] {
-            assert_eq!(rows.cell(row), Cell::Elsewhere(2), "{row}");
+        let rows = Rows::new(&runs, &axes, 2).unwrap();
+        assert_eq!(rows.runs(&axes), runs);
+        for f1 in 0..4 {
+            for f0 in 0..4 {
+                let is_baked = f1 == 2 && (1..3).contains(&f0);
+                let expected = ([f0.clamp(1, 2), 2, 0, 0], !is_baked);
+                assert_eq!(rows.settle([f0, f1, 0, 0]), expected, "{f0} {f1}");
+            }
         }
-        assert_eq!(rows.offsets(), [0, 0, -2, 6, 14, 24]);
+        assert_eq!(rows.offsets_from([1, 2, 0, 0]), [-2, 6, 14]);
         assert_eq!(rows.baked_cells(&axes), [2, 16]);
 
-        runs[3].count = 1;
+        let with = |row: usize, run: Run| {
+            let mut changed = runs.clone();
+            changed[row] = run;
+            Rows::new(&changed, &axes, 2)
+        };
+        let none = "no cell is whole";
+        assert!(with(3, Run { first: 1, count: 1 }).is_none(), "{none}");
         assert!(
-            Rows::new(runs.clone(), &axes, 2).is_none(),
-            "no cell is whole"
-        );
-        runs[3].count = 6;
-        assert!(
-            Rows::new(runs.clone(), &axes, 2).is_none(),
+            with(3, Run { first: 1, count: 6 }).is_none(),
             "beyond the axis"
         );
+        assert!(with(0, Run { first: 1, count: 4 }).is_none(), "of no cell");
         assert!(
-            Rows::new(runs[..5].to_vec(), &axes, 2).is_none(),
+            Rows::new(&runs[..5], &axes, 2).is_none(),
             "a row is missing"
         );
     }
