@@ -31,7 +31,7 @@
 //!
 //! # Modules
 //!
-//! Each names only those before it: [`math`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
+//! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
 //! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
 //! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
 //! [`scene`]. The tool uses only what is public here.

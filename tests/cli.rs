@@ -305,7 +305,7 @@ fn bad_input_is_explained() {
         ("flipped.sateen", "checksum of the header"),
         (
             "newer.sateen",
-            "format version 9.0, but this sateen reads 2.3",
+            "format version 9.0, but this sateen reads 2.4",
         ),
         ("missing.sateen", "No such file"),
     ] {

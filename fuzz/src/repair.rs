@@ -5,7 +5,7 @@
 const MAGIC: &[u8] = b"\x89SATEEN\n\x02\0";
 /// The minor version, of which there are four.
 const MINOR: usize = 10;
-const MINORS: u8 = 4;
+const MINORS: u8 = 5;
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const HEADER_LENGTH: usize = 12;
 const HEADER_CRC: usize = 16;

@@ -139,33 +139,23 @@ impl<V: Vector> Places<V> {
     /// Σ of weights and stored numbers, per channel.
     #[inline(always)]
     fn sum_over_rank<R: Row, T: Sample>(&self, grid: &Grid, samples: &[T]) -> [V::Array; CHANNELS] {
-        match (&grid.rows, grid.content.channels()) {
-            (None, 1) => self.sum_of::<R, T, 1>(grid, &All(self.strides), samples),
-            (None, _) => self.sum_of::<R, T, 2>(grid, &All(self.strides), samples),
-            (Some(rows), 1) => self.sum_of::<R, T, 1>(grid, rows, samples),
-            (Some(rows), _) => self.sum_of::<R, T, 2>(grid, rows, samples),
+        let channels = grid.content.channels();
+        let all = All(self.strides);
+        // Parts are rare, and compilers slow: along an axis that is flat they read the same row thrice, twice with weight 0.
+        match (&grid.rows, grid.coordinates.rank()) {
+            (Some(rows), _) => self.sum::<R, T, TAPS, TAPS, TAPS>(channels, rows, samples),
+            (None, 4) => self.sum::<R, T, TAPS, TAPS, TAPS>(channels, &all, samples),
+            (None, 3) => self.sum::<R, T, TAPS, TAPS, 1>(channels, &all, samples),
+            (None, 2) => self.sum::<R, T, TAPS, 1, 1>(channels, &all, samples),
+            (None, _) => self.sum::<R, T, 1, 1, 1>(channels, &all, samples),
         }
     }
 
+    /// Of so many channels, with so many coefficients along u₁, u₂ and u₃.
     #[inline(always)]
-    fn sum_of<R: Row, T: Sample, const N: usize>(
+    fn sum<R: Row, T: Sample, const B: usize, const C: usize, const D: usize>(
         &self,
-        grid: &Grid,
-        layout: &impl Layout,
-        samples: &[T],
-    ) -> [V::Array; CHANNELS] {
-        match grid.coordinates.rank() {
-            4 => self.sum::<R, T, N, TAPS, TAPS, TAPS>(layout, samples),
-            3 => self.sum::<R, T, N, TAPS, TAPS, 1>(layout, samples),
-            2 => self.sum::<R, T, N, TAPS, 1, 1>(layout, samples),
-            _ => self.sum::<R, T, N, 1, 1, 1>(layout, samples),
-        }
-    }
-
-    /// Of N channels, with so many coefficients along u₁, u₂ and u₃.
-    #[inline(always)]
-    fn sum<R: Row, T: Sample, const N: usize, const B: usize, const C: usize, const D: usize>(
-        &self,
+        channels: usize,
         layout: &impl Layout,
         samples: &[T],
     ) -> [V::Array; CHANNELS] {
@@ -173,7 +163,7 @@ impl<V: Vector> Places<V> {
         for lane in 0..V::LANES {
             let w = |axis: usize, tap: usize| self.weights[axis][tap].as_ref()[lane];
             let first = [0, 1, 2, 3].map(|axis| self.first[axis].as_ref()[lane] as usize);
-            let rows = layout.rows::<T, N, B, C, D>(first, samples);
+            let rows = layout.rows::<T, B, C, D>(channels, first, samples);
             let mut total = R::zero();
             for d in 0..D {
                 let mut plane = R::zero();
@@ -188,10 +178,10 @@ impl<V: Vector> Places<V> {
                 total = plane.mul_add(splat(w(3, d)), total);
             }
             let total = total.to_array();
-            for (channel, sums) in sums.iter_mut().take(N).enumerate() {
+            for (channel, sums) in sums.iter_mut().take(channels).enumerate() {
                 sums.as_mut()[lane] = w(0, 0) * total[channel]
-                    + w(0, 1) * total[N + channel]
-                    + w(0, 2) * total[2 * N + channel];
+                    + w(0, 1) * total[channels + channel]
+                    + w(0, 2) * total[2 * channels + channel];
             }
         }
         sums
@@ -203,10 +193,11 @@ const COLLAPSED: f32 = 1e-6;
 
 /// Where among the samples rows are.
 trait Layout {
-    /// The rows of a cell of N channels by its first coefficients: from there on as many numbers as are read at once, for the b-th,
+    /// The rows of a cell of so many channels by its first coefficients: from there on as many numbers as are read at once, for the b-th,
     /// c-th and d-th of B, C and D along u₁, u₂ and u₃.
-    fn rows<'a, T, const N: usize, const B: usize, const C: usize, const D: usize>(
+    fn rows<'a, T, const B: usize, const C: usize, const D: usize>(
         &'a self,
+        channels: usize,
         first: [usize; 4],
         samples: &'a [T],
     ) -> impl Fn(usize, usize, usize) -> &'a [T; ROW];
@@ -217,13 +208,14 @@ struct All([usize; 3]);
 
 impl Layout for All {
     #[inline(always)]
-    fn rows<'a, T, const N: usize, const B: usize, const C: usize, const D: usize>(
+    fn rows<'a, T, const B: usize, const C: usize, const D: usize>(
         &'a self,
+        channels: usize,
         first: [usize; 4],
         samples: &'a [T],
     ) -> impl Fn(usize, usize, usize) -> &'a [T; ROW] {
         let [s1, s2, s3] = self.0;
-        let start = N * first[0] + s1 * first[1] + s2 * first[2] + s3 * first[3];
+        let start = channels * first[0] + s1 * first[1] + s2 * first[2] + s3 * first[3];
         let last = start + (B - 1) * s1 + (C - 1) * s2 + (D - 1) * s3;
         let samples = &samples[start..last + ROW];
         #[inline(always)]
@@ -241,15 +233,16 @@ impl Layout for All {
 
 impl Layout for Rows {
     #[inline(always)]
-    fn rows<'a, T, const N: usize, const B: usize, const C: usize, const D: usize>(
+    fn rows<'a, T, const B: usize, const C: usize, const D: usize>(
         &'a self,
+        channels: usize,
         first: [usize; 4],
         samples: &'a [T],
     ) -> impl Fn(usize, usize, usize) -> &'a [T; ROW] {
         let [s1, s2, s3] = self.strides();
         let last = (B - 1) * s1 + (C - 1) * s2 + (D - 1) * s3;
         let offsets = &self.offsets_from(first)[..=last];
-        let along = (N * first[0]) as i32;
+        let along = (channels * first[0]) as i32;
         #[inline(always)]
         move |b, c, d| {
             let start = (offsets[d * s3 + c * s2 + b * s1] + along) as usize;

@@ -22,6 +22,7 @@ mod load;
 pub(crate) mod mesh;
 mod shape;
 
+#[cfg(feature = "scene")]
 pub(crate) use cloth::Pairs;
 use cloth::Points;
 pub use cloth::{Cloth, Evaluate, MISSING, Swatch};

@@ -126,7 +126,7 @@ fn check_still(path: &Path, document: &gltf::Document) -> Result<(), SceneError>
     };
     let remedy = "export it in one pose without animation, and say in a scene as TOML how far it moves: turn_deg and sway of an object, ranges of cameras and lights";
     for animation in document.animations() {
-        for channel in animation.channels() {
+        if let Some(channel) = animation.channels().next() {
             let target = channel.target();
             let what = match target.property() {
                 Property::Translation => "moves",

@@ -1,7 +1,7 @@
 //! TOML text to [`Scene`].
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -832,7 +832,7 @@ fn square() -> Mesh {
 /// A sphere of radius 1, its warp along meridians; a little is open around the poles.
 fn sphere() -> Mesh {
     const OPEN: f64 = 0.02;
-    Mesh::sheet(128, 256, Vec2::new(3.1, 6.28), |u, v| {
+    Mesh::sheet(128, 256, Vec2::new(PI as f32, TAU as f32), |u, v| {
         let elevation = (0.5 - OPEN / TAU) * TAU * (u - 0.5);
         let azimuth = -TAU * v;
         Sky::at(azimuth, elevation).to_array()

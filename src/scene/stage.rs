@@ -202,10 +202,10 @@ impl<'a> Stage<'a> {
             let power = PI * light.strength;
             match (&light.source, light_pose) {
                 (LightSource::Collocated, _) => lights.push((wr, power)),
-                (LightSource::Directional(_), LightPose::Directional(to)) => {
-                    if is_lit(*to, f64::INFINITY) {
-                        lights.push((surface(*to), power));
-                    }
+                (LightSource::Directional(_), LightPose::Directional(to))
+                    if is_lit(*to, f64::INFINITY) =>
+                {
+                    lights.push((surface(*to), power));
                 }
                 (LightSource::Point { distance, .. }, LightPose::At(place)) => {
                     let way = *place - at;
