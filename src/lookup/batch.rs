@@ -43,6 +43,7 @@ impl Table {
             table: self,
             albedos,
             quantity,
+            asks: false,
         };
         map_pairs(level, &function, wi, wr, values);
     }
@@ -76,6 +77,8 @@ pub(super) struct Lookup<'a> {
     pub(super) table: &'a Table,
     pub(super) albedos: &'a [[f32; 3]],
     pub(super) quantity: Quantity,
+    /// Whether what is wanted is not the quantity, but whether it is missing: above 0.
+    pub(super) asks: bool,
 }
 
 impl PairFunction for Lookup<'_> {
@@ -83,6 +86,9 @@ impl PairFunction for Lookup<'_> {
     fn at<V: Vector, R: Row>(&self, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
         let Woven { weave, missing } =
             kernel::weave::<V, R>(self.table, self.albedos, wi, wr, |_| {});
+        if self.asks {
+            return [missing; 3];
+        }
         self.table.count_missing(missing);
         let rho = weave.rho();
         match self.quantity {

@@ -30,7 +30,13 @@ pub(super) fn value<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>) ->
     ];
     let mut places = Places::<V>::new(grid, u, first);
     let missing = if grid.is_partial() {
-        places.settle(grid, u)
+        V::from_array(places.settle(
+            grid,
+            u.map(
+                #[inline(always)]
+                |u| u.to_array(),
+            ),
+        ))
     } else {
         V::zero()
     };
@@ -92,13 +98,10 @@ impl<V: Vector> Places<V> {
         }
     }
 
-    /// Moves pairs that were not baked to the nearest that were; 1 in their lanes, else 0.
-    #[inline(always)]
-    fn settle(&mut self, grid: &Grid, u: [V; 4]) -> V {
-        let u = u.map(
-            #[inline(always)]
-            |u| u.to_array(),
-        );
+    /// Moves pairs that were not baked to the nearest that were; 1 in their lanes, else 0. (Not inlined, since it is no part of what most
+    /// tables take, and has nothing to gain from wide vectors.)
+    #[inline(never)]
+    fn settle(&mut self, grid: &Grid, u: [V::Array; 4]) -> V::Array {
         let mut missing = V::Array::default();
         for lane in 0..V::LANES {
             let u = u.each_ref().map(|u| u.as_ref()[lane]);
@@ -118,7 +121,7 @@ impl<V: Vector> Places<V> {
             }
             missing.as_mut()[lane] = if is_missing { 1.0 } else { 0.0 };
         }
-        V::from_array(missing)
+        missing
     }
 
     #[cold]

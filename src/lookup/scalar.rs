@@ -40,6 +40,7 @@ impl Table {
             table: self,
             albedos,
             quantity,
+            asks: false,
         };
         at_pair(&lookup, wi, wr)
     }
@@ -47,12 +48,13 @@ impl Table {
     /// Whether the table was baked for the pair. What is not baked is looked up as well, as the nearest that is, and counted
     /// ([`Table::misses`]); this asks and does not count. Pairs that are not above the surface need nothing.
     pub fn is_baked(&self, wi: [f32; 3], wr: [f32; 3]) -> bool {
-        !self.is_partial
-            || Level::detect().run_single(Baked {
-                table: self,
-                wi,
-                wr,
-            })
+        let lookup = Lookup {
+            table: self,
+            albedos: &[],
+            quantity: Quantity::Rho,
+            asks: true,
+        };
+        !self.is_partial || at_pair(&lookup, wi, wr)[0] == 0.0
     }
 
     /// ρ with other albedos ([`Table::eval_cos_with`]), or `None` where the table was baked neither for the pair nor, perhaps, for the
@@ -76,24 +78,6 @@ impl Table {
             wi,
             wr,
         })
-    }
-}
-
-/// Whether a table has a pair.
-struct Baked<'a> {
-    table: &'a Table,
-    wi: [f32; 3],
-    wr: [f32; 3],
-}
-
-impl Kernel for Baked<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn run<V: Vector, R: Row>(self) -> bool {
-        let [wi, wr] = [self.wi, self.wr].map(|w| each(w, splat::<f32, V>));
-        let Woven { missing, .. } = kernel::weave::<V, R>(self.table, &[], wi, wr, |_| {});
-        missing.to_array().as_ref()[0] == 0.0
     }
 }
 
