@@ -227,7 +227,6 @@ fn everything_is_foreseen(name: &str) -> f64 {
         .values()
         .map(Needs::share)
         .fold(0.0, f64::max);
-    println!("{name}: {share} {:?}", analysis.objects);
     share
 }
 
