@@ -8,7 +8,7 @@ use crate::brdf::Response;
 use crate::chart::Coordinates;
 use crate::fabric::Thread;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Axis, CHANNELS, Content, Grid, Rows, Run, Samples};
+use crate::table::{Axis, CHANNELS, Content, Grid, Rows, Run, Samples, place_of};
 
 /// Coefficients below this are stored as zero …
 const DARK: f64 = 1e-30;
@@ -129,7 +129,7 @@ pub(super) fn scaling_rows(axes: &[Axis; 4]) -> Vec<Run> {
     let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
     let is_one = |place: usize, length: usize| place.is_multiple_of(2) || place + 1 == length;
     let row = |row: usize| {
-        let (f1, f2, f3) = (row % n1, row / n1 % n2, row / n1 / n2);
+        let [f1, f2, f3] = place_of(row, [n1, n2, n3]);
         if is_one(f1, n1) && is_one(f2, n2) && is_one(f3, n3) {
             all_of(axes)
         } else {
@@ -154,17 +154,14 @@ impl<F: Fn([f64; 4]) -> [f64; CHANNELS] + Sync> Filler<F> {
         runs: &[Run],
         progress: Progress<'_>,
     ) -> Result<Vec<f64>, Cancelled> {
-        let [n0, n1, n2, _] = axes.each_ref().map(Axis::len);
+        let [n0, n1, n2, n3] = axes.each_ref().map(Axis::len);
         let sites = axes.each_ref().map(Axis::sites);
         let mut values = vec![0.0; self.channels * n0 * runs.len()];
         let steps = progress.steps(runs.len());
         let rows = values.par_chunks_exact_mut(self.channels * n0).enumerate();
         let fill_row = |(row, values): (usize, &mut [f64])| {
-            let rest = [
-                sites[1][row % n1],
-                sites[2][row / n1 % n2],
-                sites[3][row / n1 / n2],
-            ];
+            let [f1, f2, f3] = place_of(row, [n1, n2, n3]);
+            let rest = [sites[1][f1], sites[2][f2], sites[3][f3]];
             let run = runs[row];
             let places = usize::from(run.first)..usize::from(run.end());
             for place in places {

@@ -17,9 +17,14 @@ pub(super) struct Found<V> {
     pub(super) missing: V,
 }
 
-/// The value for pairs in thread coordinates above the surface.
+/// The value for pairs in thread coordinates above the surface, which all have one unless the table `is_partial`.
 #[inline(always)]
-pub(super) fn value<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>) -> Found<V> {
+pub(super) fn value<V: Vector, R: Row>(
+    grid: &Grid,
+    is_partial: bool,
+    wi: Vec3<V>,
+    wr: Vec3<V>,
+) -> Found<V> {
     let u = grid.coordinates.of(wi, wr);
     let [a0, a1, a2, a3] = &grid.axes;
     let first = [
@@ -29,7 +34,7 @@ pub(super) fn value<V: Vector, R: Row>(grid: &Grid, wi: Vec3<V>, wr: Vec3<V>) ->
         a3.first(u[3]),
     ];
     let mut places = Places::<V>::new(grid, u, first);
-    let missing = if grid.is_partial() {
+    let missing = if is_partial {
         V::from_array(places.settle(
             grid,
             u.map(

@@ -69,13 +69,13 @@ fn thread_response<V: Vector, R: Row>(
     match &thread.segments {
         Segments::None | Segments::Direct(_) => {}
         Segments::Grid(grid) => {
-            let found = value::<V, R>(grid, wi, wr);
+            let found = value::<V, R>(grid, table.is_partial, wi, wr);
             *missing += found.missing;
             response = found.response;
         }
         Segments::Curve(curve) => {
-            let of_response = value::<V, R>(&curve.response, wi, wr);
-            let of_projection = value::<V, R>(&curve.projection, wi, wr);
+            let of_response = value::<V, R>(&curve.response, table.is_partial, wi, wr);
+            let of_projection = value::<V, R>(&curve.projection, table.is_partial, wi, wr);
             *missing += of_response.missing + of_projection.missing;
             return ThreadResponse {
                 response: of_response.response,

@@ -48,27 +48,29 @@ impl Table {
     /// Whether the table was baked for the pair. What is not baked is looked up as well, as the nearest that is, and counted
     /// ([`Table::misses`]); this asks and does not count. Pairs that are not above the surface need nothing.
     pub fn is_baked(&self, wi: [f32; 3], wr: [f32; 3]) -> bool {
-        let lookup = Lookup {
-            table: self,
-            albedos: &[],
-            quantity: Quantity::Rho,
-            asks: true,
-        };
-        !self.is_partial || at_pair(&lookup, wi, wr)[0] == 0.0
+        self.has(&[], wi, wr)
     }
 
-    /// ρ with other albedos ([`Table::eval_cos_with`]), or `None` where the table was baked neither for the pair nor, perhaps, for the
-    /// albedos: for who would rather fail than see the nearest value.
+    /// ρ with other albedos ([`Table::eval_cos_with`]), or `None` where that would count as a miss: for who would rather fail than see
+    /// the nearest value.
     pub fn strict_eval_cos_with(
         &self,
         albedos: &[[f32; 3]],
         wi: [f32; 3],
         wr: [f32; 3],
     ) -> Option<[f32; 3]> {
-        let mut dyes = self.threads.iter().zip(albedos);
-        let is_dyed_well =
-            dyes.all(|(thread, albedo)| thread.takes_albedo() || *albedo == thread.albedo);
-        (is_dyed_well && self.is_baked(wi, wr)).then(|| self.eval_cos_with(albedos, wi, wr))
+        self.has(albedos, wi, wr)
+            .then(|| self.eval_cos_with(albedos, wi, wr))
+    }
+
+    fn has(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> bool {
+        let lookup = Lookup {
+            table: self,
+            albedos,
+            quantity: Quantity::Rho,
+            asks: true,
+        };
+        !self.is_partial || at_pair(&lookup, wi, wr)[0] == 0.0
     }
 
     /// S, V and the projection of every thread, Q, and ρ with the fabric's own albedo.

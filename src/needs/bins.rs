@@ -15,11 +15,8 @@ pub(super) const BINS: usize = (RESOLUTION * RESOLUTION) as usize;
 pub(super) const WORDS: usize = BINS / 64;
 
 const N: f64 = RESOLUTION as f64;
-/// No direction of a bin is farther from its centre, radians: the largest are those in the middles of octants, with half diagonals of
-/// √6 / N.
-const LARGEST: f64 = 2.45 / N;
-/// How far a place on the square moves, along one side, for a turn by a radian: at most √2, about the normal.
-const STRETCH: f64 = 1.4143;
+/// What rounding may do to an angle.
+const ROUNDING: f64 = 1e-9;
 
 /// A cap of directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,41 +140,19 @@ impl Directions {
     /// Adds all bins that a cap reaches into, and perhaps some beside it: `axis` is a unit vector, `radius` in radians. The part of
     /// the cap below the horizon adds nothing.
     pub fn add_cap(&mut self, axis: [f64; 3], radius: f64) {
-        let [x, y, z] = axis;
-        let height = z.max(0.0);
-        let length = Float::sqrt(x * x + y * y + height * height);
-        // Upwards, however far the axis is below the horizon: from its foot on the horizon nothing of the cap is farther than twice
-        // its radius.
-        let (foot, around) = if z >= 0.0 {
-            ([x, y, z], radius)
-        } else if length > 0.0 && -z <= Float::sin(radius.min(core::f64::consts::FRAC_PI_2)) {
-            ([x / length, y / length, 0.0], 2.0 * radius)
-        } else if radius < core::f64::consts::FRAC_PI_2 {
-            return;
-        } else {
-            ([0.0, 0.0, 1.0], core::f64::consts::PI)
-        };
-        let reach = radius + LARGEST;
-        let most = if reach < core::f64::consts::PI {
-            Float::cos(reach)
-        } else {
-            -1.0
-        };
-        let window = STRETCH * (around + LARGEST);
-        let [u, v] = to_square(foot);
-        let range = |middle: f64| {
-            let from = index_of(middle - window);
-            from..=index_of(middle + window)
-        };
-        for row in range(v) {
-            for column in range(u) {
-                let bin = row * RESOLUTION as usize + column;
-                let [cx, cy, cz] = centre(bin);
-                if cx * x + cy * y + cz * z >= most - 1e-12 {
-                    self.add_bin(bin);
-                }
+        let overlap = |cap: &Cap| {
+            let chord = [0, 1, 2].map(|k| cap.axis[k] - axis[k]);
+            let half = 0.5 * Float::sqrt(chord.iter().map(|x| x * x).sum::<f64>());
+            let apart = 2.0 * Float::asin(half.min(1.0));
+            if apart + cap.radius <= radius {
+                Overlap::All
+            } else if apart <= radius + cap.radius + ROUNDING {
+                Overlap::Some
+            } else {
+                Overlap::None
             }
-        }
+        };
+        self.join(&Pyramid::new().find(&overlap));
     }
 
     /// Adds what `other` has.
@@ -246,10 +221,6 @@ fn index_of(place: f64) -> usize {
     (0.5 * (place + 1.0) * N).clamp(0.0, N - 1.0) as usize
 }
 
-fn centre(bin: usize) -> [f64; 3] {
-    corner(bin, RESOLUTION, [0.5, 0.5])
-}
-
 /// A place in one of `side`² squares.
 fn corner(square: usize, side: u32, [right, down]: [f64; 2]) -> [f64; 3] {
     let place = |index: usize, part: f64| 2.0 * (index as f64 + part) / f64::from(side) - 1.0;
@@ -279,6 +250,9 @@ fn cap(square: usize, side: u32) -> Cap {
 mod tests {
     use super::*;
     use alloc::vec::Vec;
+
+    /// The largest bins are those in the middles of octants, with half diagonals of √6 / N.
+    const LARGEST: f64 = 2.45 / N;
 
     /// Directions spread over the sphere.
     fn directions(count: u32) -> Vec<[f64; 3]> {
@@ -327,7 +301,7 @@ mod tests {
             // And little more.
             let beside = found
                 .bins()
-                .map(centre)
+                .map(|bin| cap(bin, RESOLUTION).axis)
                 .filter(|w| angle(*w, axis) > radius + 2.0 * LARGEST);
             assert_eq!(beside.count(), 0);
         }

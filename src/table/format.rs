@@ -467,7 +467,12 @@ impl GridHeader {
             .iter()
             .map(|axis| axis.len() as u64)
             .product();
-        if rows.saturating_mul(RUN_BYTES) != chunk.decoded_bytes as u64 {
+        if rows > MAX_ROWS {
+            return Err(Error::TooLarge {
+                bytes: rows.saturating_mul(RUN_BYTES),
+            });
+        }
+        if rows * RUN_BYTES != chunk.decoded_bytes as u64 {
             return Err(Error::Invalid {
                 what: "size of runs",
                 offset: chunk.offset,
@@ -483,6 +488,9 @@ impl GridHeader {
     }
 }
 
+/// The most rows of a grid that has not all coefficients: what finds them takes some 60 bytes a row while it is made, which a file of a
+/// few bytes could ask for.
+const MAX_ROWS: u64 = 1 << 22;
 /// A run in a file: two u16 …
 const RUN_BYTES: u64 = 4;
 /// … each like that of the row before.

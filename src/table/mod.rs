@@ -52,7 +52,7 @@ pub use grid::{Content, Grid};
 pub(crate) use misses::Misses;
 pub(crate) use rows::Rows;
 #[cfg(feature = "bake")]
-pub(crate) use rows::Run;
+pub(crate) use rows::{Run, place_of};
 
 use alloc::{boxed::Box, string::String, vec::Vec};
 

@@ -111,7 +111,7 @@ impl Rows {
         }
         let places = || {
             let rows = runs.iter().enumerate().filter(|(_, run)| run.count > 0);
-            rows.map(|(row, _)| [row % n1, row / n1 % n2, row / n1 / n2])
+            rows.map(|(row, _)| place_of(row, [n1, n2, n3]))
         };
         let low = places().reduce(|a, b| [0, 1, 2].map(|k| a[k].min(b[k])))?;
         let high = places().reduce(|a, b| [0, 1, 2].map(|k| a[k].max(b[k])))?;
@@ -211,12 +211,12 @@ impl Rows {
                 first: from,
                 last: to,
             } if is_within && (from..=to).contains(&first[0]) => (first, false),
-            cell => (self.nearest(first, cell), true),
+            _ => (self.nearest(first), true),
         }
     }
 
     #[cold]
-    fn nearest(&self, first: [u32; 4], cell: Cell) -> [u32; 4] {
+    fn nearest(&self, first: [u32; 4]) -> [u32; 4] {
         // Within the box first; what is elsewhere then is baked.
         let place = [0, 1, 2].map(|k| {
             let last = self.low[k] + self.counts[k] - self.taps[k];
@@ -227,9 +227,9 @@ impl Rows {
             .zip(self.strides)
             .map(|(a, stride)| a * stride)
             .sum();
-        let row = match (Cell::unpack(self.cells[within]), cell) {
-            (Cell::Elsewhere(row), _) => row as usize,
-            (Cell::Baked { .. }, _) => within,
+        let row = match Cell::unpack(self.cells[within]) {
+            Cell::Elsewhere(row) => row as usize,
+            Cell::Baked { .. } => within,
         };
         let f0 = match Cell::unpack(self.cells[row]) {
             Cell::Baked {
@@ -307,7 +307,8 @@ impl Rows {
     }
 }
 
-fn place_of(row: usize, [n1, n2, _]: [usize; 3]) -> [usize; 3] {
+/// The places along u₁, u₂ and u₃ of a row, by how many there are.
+pub(crate) fn place_of(row: usize, [n1, n2, _]: [usize; 3]) -> [usize; 3] {
     [row % n1, row / n1 % n2, row / n1 / n2]
 }
 

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use sateen::bake::{Forecast, GridForecast, Preset, Projection, Scope, forecast};
+use sateen::chart::Coordinates;
 use sateen::fabric::LIBRARY;
 use sateen::needs::Needs;
 use sateen::progress::Progress;
@@ -200,24 +201,27 @@ fn reasons(grid: &GridForecast) -> Vec<String> {
             reasons.push("a channel of two, since the albedo is grey and stays as it is".to_owned())
         }
     }
-    if let sateen::chart::Coordinates::Isotropic = grid.coordinates {
-        reasons.push("a fourth axis, since the cloth looks the same in all directions".to_owned());
-    }
-    if let sateen::chart::Coordinates::Thread {
-        ends_fold,
-        sides_fold,
-        ..
-    } = grid.coordinates
-    {
-        if ends_fold {
-            reasons.push(format!(
-                "half of {}, since both ends look the same",
-                names[0]
-            ));
+    match grid.coordinates {
+        Coordinates::Isotropic => {
+            reasons
+                .push("a fourth axis, since the cloth looks the same in all directions".to_owned());
         }
-        if sides_fold {
-            reasons.push("half of phi_h, since both sides look the same".to_owned());
+        Coordinates::Thread {
+            ends_fold,
+            sides_fold,
+            ..
+        } => {
+            if ends_fold {
+                reasons.push(format!(
+                    "half of {}, since both ends look the same",
+                    names[0]
+                ));
+            }
+            if sides_fold {
+                reasons.push("half of phi_h, since both sides look the same".to_owned());
+            }
         }
+        Coordinates::View { .. } => {}
     }
     reasons
 }
