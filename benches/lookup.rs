@@ -4,12 +4,13 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use sateen::bake::{Direct, Preset, Settings, bake};
+use sateen::bake::{Direct, Preset, Scope, Settings, bake, bake_for};
 use sateen::fabric::Fabric;
 use sateen::lookup::Quantity;
 use sateen::math::simd::Level;
 use sateen::metrics::{Pairs, protocol_pairs};
 use sateen::model::{Model, Rule, Sadeghi};
+use sateen::needs::{Directions, Needs};
 use sateen::progress::Progress;
 
 /// More than the caches of a core see of a table at once; in random order.
@@ -64,5 +65,50 @@ fn lookup(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, lookup);
+/// What does it cost that a table is a part of the whole? The same pairs, which both have.
+fn part(criterion: &mut Criterion) {
+    let fabric = Fabric::from_library("denim").expect("a library fabric");
+    let mut steep = Directions::none();
+    steep.add_cap([0.0, 0.0, 1.0], 0.7);
+    let mut needs = Needs::none();
+    needs.add(&steep, &steep);
+    let candidates = protocol_pairs(&fabric, 64 * PAIRS, 1);
+    let pairs: Vec<_> = candidates
+        .into_iter()
+        .filter(|pair| needs.contains(pair.wi.map(|x| x as f32), pair.wr.map(|x| x as f32)))
+        .take(PAIRS)
+        .collect();
+    let pairs = Pairs::new(&pairs);
+    let (wi, wr) = (pairs.lights(), pairs.viewers());
+    let settings = Settings {
+        error_pairs: 16,
+        direct: Direct::Never,
+        ..Preset::Standard.settings()
+    };
+    let mut group = criterion.benchmark_group("part");
+    group.throughput(Throughput::Elements(pairs.len() as u64));
+    for (name, needs) in [("whole", None), ("part", Some(&needs))] {
+        let scope = Scope {
+            needs,
+            fixed_albedo: false,
+        };
+        let table = bake_for(&fabric, &settings, &scope, Progress::silent());
+        let table = table.expect("nobody stops it");
+        group.bench_function(BenchmarkId::new("denim", name), |bench| {
+            let at = |k: usize| table.eval_cos(wi.map(|w| w[k]), wr.map(|w| w[k]))[0];
+            bench.iter(|| (0..pairs.len()).map(|k| black_box(at(k))).sum::<f32>());
+        });
+        let mut rho = [0, 1, 2].map(|_| vec![0.0; pairs.len()]);
+        group.bench_function(BenchmarkId::new("denim batch", name), |bench| {
+            bench.iter(|| {
+                let rho = rho.each_mut().map(Vec::as_mut_slice);
+                table.eval_cos_batch(wi, wr, rho);
+            });
+        });
+        assert_eq!(table.misses(), 0);
+    }
+    group.finish();
+}
+
+criterion_group!(benches, lookup, part);
 criterion_main!(benches);

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::choose::Planned;
-use super::scope::{Needed, Scope, collapse};
+use super::scope::{Extent, Scope};
 use crate::brdf::Response;
 use crate::chart::Coordinates;
 use crate::fabric::Thread;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Axis, CHANNELS, Content, Grid, Rows, Run, Samples, place_of};
+use crate::table::{Axis, CHANNELS, Content, Grid, Run, Samples, place_of};
 
 /// Coefficients below this are stored as zero …
 const DARK: f64 = 1e-30;
@@ -47,38 +47,29 @@ pub(super) fn fill_grid(
             values.map(|value| encoding.encode(value))
         },
     };
-    let mut axes = plan.axes;
-    let needs = scope.needs.filter(|_| coordinates.rank() > 2);
-    let scaling = scaling_rows(&axes);
-    let (mut values, scale, runs) = match needs {
-        None => {
-            let all = vec![all_of(&axes); scaling.len()];
-            let values = filler.rows(&axes, &all, progress)?;
-            let scale = filler.scale(&values, &scaling, &axes);
-            (values, scale, None)
-        }
-        Some(needs) => {
-            let all_axes = axes.clone();
-            collapse(&mut axes, needs, coordinates);
-            let needed = Needed::new(needs, coordinates, thread.direction(), &axes);
-            if axes == all_axes {
-                let mut sites = needed.sites;
-                for (sites, scaling) in sites.iter_mut().zip(&scaling) {
-                    if scaling.count > 0 {
-                        *sites = *scaling;
-                    }
-                }
-                let values = filler.rows(&axes, &sites, progress)?;
-                let scale = filler.scale(&values, &scaling, &axes);
-                (values, scale, Some(needed.runs))
-            } else {
-                let of_all = filler.rows(&all_axes, &scaling, progress.part(0.0, 0.9))?;
-                let scale = filler.scale(&of_all, &scaling, &all_axes);
-                let values = filler.rows(&axes, &needed.sites, progress.part(0.9, 1.0))?;
-                (values, scale, Some(needed.runs))
-            }
-        }
+    let direction = thread.direction();
+    let extent = Extent::new(
+        scope,
+        coordinates,
+        direction,
+        &plan.axes,
+        filler.channels,
+        encoding,
+    );
+    let scaling = &extent.scaling;
+    let (mut values, scale) = if extent.axes == plan.axes {
+        let values = filler.rows(&extent.axes, &extent.sites, progress)?;
+        let scale = filler.scale(&values, scaling, &extent.axes);
+        (values, scale)
+    } else {
+        let of_all = filler.rows(&plan.axes, scaling, progress.part(0.0, 0.9))?;
+        let scale = filler.scale(&of_all, scaling, &plan.axes);
+        let values = filler.rows(&extent.axes, &extent.sites, progress.part(0.9, 1.0))?;
+        (values, scale)
     };
+    let Extent {
+        axes, runs, rows, ..
+    } = extent;
     let channels = filler.channels;
     let [n0, n1, n2, _] = axes.each_ref().map(Axis::len);
     // Along the other axes, all functions on the faster ones are solved for at once.
@@ -99,44 +90,17 @@ pub(super) fn fill_grid(
             share.clamp(-1.0, 1.0) * encoding.unit()
         })
     };
-    let rows = values.len() / (channels * n0);
-    let kept = |row: usize| runs.as_ref().map_or(all_of(&axes), |runs| runs[row]);
-    let samples = Samples::store(encoding, (0..rows).flat_map(|row| stored(row, kept(row))));
-    let is_all = (0..rows).all(|row| kept(row) == all_of(&axes));
+    let runs = runs.into_iter().enumerate();
+    let samples = Samples::store(encoding, runs.flat_map(|(row, run)| stored(row, run)));
     Ok(Grid {
         coordinates,
         encoding,
         content,
         scale: scale.map(|scale| scale as f32),
         samples,
-        rows: runs
-            .filter(|_| !is_all)
-            .map(|runs| Rows::new(&runs, &axes, channels).expect("some pair is needed")),
+        rows,
         axes,
     })
-}
-
-/// All coefficients of a row.
-fn all_of(axes: &[Axis; 4]) -> Run {
-    Run {
-        first: 0,
-        count: axes[0].len() as u16,
-    }
-}
-
-/// The rows, complete, whose coefficients the scale is that of: every second along each axis, and the last.
-pub(super) fn scaling_rows(axes: &[Axis; 4]) -> Vec<Run> {
-    let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
-    let is_one = |place: usize, length: usize| place.is_multiple_of(2) || place + 1 == length;
-    let row = |row: usize| {
-        let [f1, f2, f3] = place_of(row, [n1, n2, n3]);
-        if is_one(f1, n1) && is_one(f2, n2) && is_one(f3, n3) {
-            all_of(axes)
-        } else {
-            Run::default()
-        }
-    };
-    (0..n1 * n2 * n3).map(row).collect()
 }
 
 /// What splines are of.

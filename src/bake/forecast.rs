@@ -3,13 +3,12 @@
 use std::time::Instant;
 
 use super::choose::Representation;
-use super::encode::scaling_rows;
-use super::scope::{Needed, collapse};
+use super::scope::Extent;
 use super::{BakeError, Scope, Settings, choose_all};
 use crate::chart::Coordinates;
 use crate::fabric::{Fabric, Thread};
 use crate::progress::Progress;
-use crate::table::{Axis, Content, Rows, Run};
+use crate::table::{Axis, Content, Encoding, Rows};
 
 /// What is left out of a fabric's table.
 #[derive(Debug, Clone)]
@@ -88,8 +87,7 @@ pub fn forecast(
                 let seconds = seconds_per_site(&|u| {
                     planned.integrand.at_point(u);
                 });
-                let encoding = planned.encoding.bytes();
-                of_grid(thread, scope, coordinates, axes, encoding, seconds)
+                of_grid(thread, scope, coordinates, axes, planned.encoding, seconds)
             }),
         }
     });
@@ -115,49 +113,26 @@ fn of_grid(
     scope: &Scope<'_>,
     coordinates: Coordinates,
     all_axes: [Axis; 4],
-    bytes_per_number: usize,
+    encoding: Encoding,
     seconds_per_site: f64,
 ) -> GridForecast {
     let content = scope.content(thread);
     let all: usize = all_axes.iter().map(Axis::len).product();
-    let count = |runs: &[Run]| runs.iter().map(|run| usize::from(run.count)).sum::<usize>();
-    let scaling = scaling_rows(&all_axes);
-    let mut axes = all_axes.clone();
-    let needed = scope.needs.map(|needs| {
-        collapse(&mut axes, needs, coordinates);
-        Needed::new(needs, coordinates, thread.direction(), &axes)
-    });
-    let channel_bytes = content.channels() * bytes_per_number;
-    let collapsed: Vec<usize> = (0..coordinates.rank())
+    let channels = content.channels();
+    let channel_bytes = channels * encoding.bytes();
+    let direction = thread.direction();
+    let extent = Extent::new(scope, coordinates, direction, &all_axes, channels, encoding);
+    let (axes, rows) = (&extent.axes, &extent.rows);
+    let collapsed = (0..coordinates.rank())
         .filter(|axis| axes[*axis].is_flat())
         .collect();
-    let is_baked: Box<dyn Fn([usize; 4]) -> bool>;
-    let (cells, bytes, sites);
-    match needed {
-        None => {
-            let count: usize = axes.iter().map(|axis| axis.firsts().count()).product();
-            (cells, bytes, sites) = ([count; 2], all * channel_bytes, all);
-            is_baked = Box::new(|_| true);
-        }
-        Some(Needed {
-            runs,
-            sites: integrated,
-        }) => {
-            let samples = count(&runs) * channel_bytes;
-            let with_scale = if collapsed.is_empty() {
-                let rows = integrated.iter().zip(&scaling);
-                rows.map(|(run, scaling)| usize::from(run.count.max(scaling.count)))
-                    .sum()
-            } else {
-                count(&integrated) + count(&scaling)
-            };
-            let rows = Rows::new(&runs, &axes, content.channels());
-            let baked = rows.as_ref().map(|rows| rows.baked_cells(&axes));
-            let index = rows.as_ref().map_or(0, Rows::bytes);
-            (cells, bytes, sites) = (baked.unwrap_or([0; 2]), samples + index, with_scale);
-            is_baked = Box::new(move |first| rows.as_ref().is_some_and(|rows| rows.has(first)));
-        }
-    }
+    let cells = match rows {
+        Some(rows) => rows.baked_cells(axes),
+        None => [axes.iter().map(|axis| axis.firsts().count()).product(); 2],
+    };
+    let bytes = extent.coefficients() * channel_bytes + rows.as_ref().map_or(0, Rows::bytes);
+    let sites = extent.sites();
+    let is_baked = |first| rows.as_ref().is_none_or(|rows| rows.has(first));
     let names = coordinates.names();
     let project = |right: usize, up: usize| {
         let firsts = axes
@@ -195,7 +170,7 @@ fn of_grid(
         content,
         collapsed,
         cells,
-        bytes: [bytes, all * Content::Both.channels() * bytes_per_number],
+        bytes: [bytes, all * Content::Both.channels() * encoding.bytes()],
         sites: [sites, all],
         seconds: [sites, all].map(|sites| sites as f64 * seconds_per_site),
         projections: [project(0, 1), project(2, 3)],

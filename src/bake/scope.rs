@@ -7,7 +7,7 @@ use crate::chart::{Coordinates, Range, Span};
 use crate::fabric::Thread;
 use crate::math::simd::Single;
 use crate::needs::{Cap, Directions, Needs};
-use crate::table::{Axis, Content, REACH, Run, TAPS};
+use crate::table::{Axis, Content, Encoding, REACH, Rows, Run, TAPS, place_of};
 
 /// What a table will be asked for.
 #[derive(Debug, Clone, Copy, Default)]
@@ -58,60 +58,158 @@ impl Scope<'_> {
     }
 }
 
-/// The coefficients of a grid that are needed, and the sites that they depend on.
-pub(super) struct Needed {
-    /// By row `[u₃][u₂][u₁]`: coefficients.
+/// What a bake makes of a grid.
+pub(super) struct Extent {
+    /// The planned axes, or of some one place.
+    pub(super) axes: [Axis; 4],
+    /// By row `[u₃][u₂][u₁]`: coefficients that are kept.
     pub(super) runs: Vec<Run>,
-    /// By row: sites.
+    /// The same for lookups, unless all are kept.
+    pub(super) rows: Option<Rows>,
+    /// By row: sites that are integrated.
     pub(super) sites: Vec<Run>,
+    /// By row of the planned axes, complete: those whose coefficients the scale is that of. They are among the sites, unless an axis is
+    /// collapsed.
+    pub(super) scaling: Vec<Run>,
 }
 
-impl Needed {
-    /// Those for what a thread with that direction is asked for.
+impl Extent {
+    /// All of a grid of `axes`, or what `scope` needs of it for a thread with that direction; all of it, too, where a part would take no
+    /// less memory.
     pub(super) fn new(
-        needs: &Needs,
+        scope: &Scope<'_>,
         coordinates: Coordinates,
         direction: f64,
         axes: &[Axis; 4],
+        channels: usize,
+        encoding: Encoding,
     ) -> Self {
-        let cells = cells(needs, coordinates, direction, axes);
-        let lengths = axes.each_ref().map(Axis::len);
-        let taps = axes
-            .each_ref()
-            .map(|axis| if axis.is_flat() { 1 } else { TAPS });
-        let mut runs = vec![Run::default(); cells.len()];
-        for (cell, [first, last]) in cells.into_iter().enumerate() {
-            if first > last {
-                continue;
-            }
-            for d in 0..taps[3] {
-                for c in 0..taps[2] {
-                    for b in 0..taps[1] {
-                        let row = cell + b + lengths[1] * (c + lengths[2] * d);
-                        runs[row].join(first, last + TAPS as u16 - 1);
-                    }
+        let scaling = scaling_rows(axes);
+        let all = Self {
+            axes: axes.clone(),
+            runs: vec![all_of(axes); scaling.len()],
+            rows: None,
+            sites: vec![all_of(axes); scaling.len()],
+            scaling,
+        };
+        let Some(needs) = scope.needs.filter(|_| coordinates.rank() > 2) else {
+            return all;
+        };
+        let mut axes = axes.clone();
+        collapse(&mut axes, needs, coordinates);
+        let runs = runs(needs, coordinates, direction, &axes);
+        let mut sites = sites(&runs, coordinates, &axes);
+        let is_collapsed = axes != all.axes;
+        if !is_collapsed {
+            for (sites, scaling) in sites.iter_mut().zip(&all.scaling) {
+                if scaling.count > 0 {
+                    *sites = *scaling;
                 }
             }
         }
-        let mut sites = runs.clone();
-        join_mirrored(&mut sites, coordinates, lengths);
-        for axis in 1..4 {
-            widen(&mut sites, axis, lengths);
+        let is_all = runs.iter().all(|run| *run == all_of(&axes));
+        let rows = (!is_all).then(|| {
+            Rows::new(&runs, &axes, channels)
+                .expect("runs are those of cells, of which some are needed")
+        });
+        let index = rows.as_ref().map_or(0, Rows::bytes);
+        let bytes = channels * encoding.bytes();
+        if !is_collapsed && index + bytes * count(&runs) >= bytes * count(&all.runs) {
+            return all;
         }
-        let end = lengths[0] as u16;
-        for run in sites.iter_mut().filter(|run| run.count > 0) {
-            let first = run.first.saturating_sub(REACH as u16);
-            *run = Run {
-                first,
-                count: (run.end() + REACH as u16).min(end) - first,
-            };
+        Self {
+            axes,
+            runs,
+            rows,
+            sites,
+            ..all
         }
-        Self { runs, sites }
+    }
+
+    /// Sites that are integrated.
+    pub(super) fn sites(&self) -> usize {
+        let is_apart = self.scaling.len() != self.sites.len();
+        count(&self.sites) + if is_apart { count(&self.scaling) } else { 0 }
+    }
+
+    /// Coefficients that are kept.
+    pub(super) fn coefficients(&self) -> usize {
+        count(&self.runs)
     }
 }
 
+/// All coefficients of a row.
+fn all_of(axes: &[Axis; 4]) -> Run {
+    Run {
+        first: 0,
+        count: axes[0].len() as u16,
+    }
+}
+
+fn count(runs: &[Run]) -> usize {
+    runs.iter().map(|run| usize::from(run.count)).sum()
+}
+
+/// Every second row along each axis, and the last: a part of a table has the scale of all of it.
+fn scaling_rows(axes: &[Axis; 4]) -> Vec<Run> {
+    let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
+    let is_one = |place: usize, length: usize| place.is_multiple_of(2) || place + 1 == length;
+    let row = |row: usize| {
+        let [f1, f2, f3] = place_of(row, [n1, n2, n3]);
+        if is_one(f1, n1) && is_one(f2, n2) && is_one(f3, n3) {
+            all_of(axes)
+        } else {
+            Run::default()
+        }
+    };
+    (0..n1 * n2 * n3).map(row).collect()
+}
+
+/// By row: the coefficients of all cells that a thread with that direction is asked for.
+fn runs(needs: &Needs, coordinates: Coordinates, direction: f64, axes: &[Axis; 4]) -> Vec<Run> {
+    let cells = cells(needs, coordinates, direction, axes);
+    let lengths = axes.each_ref().map(Axis::len);
+    let taps = axes
+        .each_ref()
+        .map(|axis| if axis.is_flat() { 1 } else { TAPS });
+    let mut runs = vec![Run::default(); cells.len()];
+    for (cell, [first, last]) in cells.into_iter().enumerate() {
+        if first > last {
+            continue;
+        }
+        for d in 0..taps[3] {
+            for c in 0..taps[2] {
+                for b in 0..taps[1] {
+                    let row = cell + b + lengths[1] * (c + lengths[2] * d);
+                    runs[row].join(first, last + TAPS as u16 - 1);
+                }
+            }
+        }
+    }
+    runs
+}
+
+/// By row: the sites that coefficients depend on.
+fn sites(runs: &[Run], coordinates: Coordinates, axes: &[Axis; 4]) -> Vec<Run> {
+    let lengths = axes.each_ref().map(Axis::len);
+    let mut sites = runs.to_vec();
+    join_mirrored(&mut sites, coordinates, lengths);
+    for axis in 1..4 {
+        widen(&mut sites, axis, lengths);
+    }
+    let end = lengths[0] as u16;
+    for run in sites.iter_mut().filter(|run| run.count > 0) {
+        let first = run.first.saturating_sub(REACH as u16);
+        *run = Run {
+            first,
+            count: (run.end() + REACH as u16).min(end) - first,
+        };
+    }
+    sites
+}
+
 /// Where all pairs that are needed have the same coordinate, an axis has one place: so have light and viewer in the same direction.
-pub(super) fn collapse(axes: &mut [Axis; 4], needs: &Needs, coordinates: Coordinates) {
+fn collapse(axes: &mut [Axis; 4], needs: &Needs, coordinates: Coordinates) {
     if !needs.has_no_pairs() || needs.is_empty() {
         return;
     }

@@ -62,12 +62,13 @@ impl Pyramid {
         }
     }
 
-    /// All bins whose cap has some directions in a set.
-    pub fn find(&self, overlap: &impl Fn(&Cap) -> Overlap) -> Directions {
-        let mut found = Directions::none();
+    /// All bins whose cap has some directions in a set; of those that are `known` perhaps not.
+    pub fn find(&self, known: &Directions, overlap: &impl Fn(&Cap) -> Overlap) -> Directions {
+        let mut found = known.clone();
         for square in 0..self.levels[0].len() {
             self.descend(0, square, overlap, &mut found);
         }
+        found.remove(known);
         found
     }
 
@@ -80,6 +81,10 @@ impl Pyramid {
     ) {
         let side = (TOP as usize) << level;
         let (row, column) = (square / side, square % side);
+        let width = RESOLUTION as usize / side;
+        if found.has_square(row * width, column * width, width) {
+            return;
+        }
         match overlap(&self.levels[level][square]) {
             Overlap::None => {}
             Overlap::Some if level + 1 < self.levels.len() => {
@@ -89,7 +94,6 @@ impl Pyramid {
                 }
             }
             _ => {
-                let width = RESOLUTION as usize / side;
                 for row in row * width..(row + 1) * width {
                     for column in column * width..(column + 1) * width {
                         found.add_bin(row * RESOLUTION as usize + column);
@@ -152,7 +156,7 @@ impl Directions {
                 Overlap::None
             }
         };
-        self.join(&Pyramid::new().find(&overlap));
+        self.join(&Pyramid::new().find(self, &overlap));
     }
 
     /// Adds what `other` has.
@@ -160,6 +164,27 @@ impl Directions {
         for (word, other) in self.words.iter_mut().zip(&other.words) {
             *word |= other;
         }
+    }
+
+    /// Takes away what `other` has.
+    fn remove(&mut self, other: &Self) {
+        for (word, other) in self.words.iter_mut().zip(&other.words) {
+            *word &= !other;
+        }
+    }
+
+    /// Takes away what `other` has not.
+    pub(super) fn keep(&mut self, other: &[u64]) {
+        for (word, other) in self.words.iter_mut().zip(other) {
+            *word &= other;
+        }
+    }
+
+    /// Whether all bins of so many rows from one on and columns from one on are there. A row is a word.
+    fn has_square(&self, row: usize, column: usize, width: usize) -> bool {
+        let mask = ((1 << width) - 1) << column;
+        let mut rows = self.words[row..row + width].iter();
+        rows.all(|word| word & mask == mask)
     }
 
     /// Whether there are none.

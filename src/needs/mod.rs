@@ -63,6 +63,20 @@ impl Needs {
         }
     }
 
+    /// The viewers that every one of some lights goes with, and that one at the viewer goes with if `is_collocated`; all viewers of no
+    /// light.
+    pub fn viewers_of_all(&self, lights: &Directions, is_collocated: bool) -> Directions {
+        let mut viewers = if is_collocated {
+            self.collocated.clone()
+        } else {
+            Directions::all()
+        };
+        for light in lights.bins() {
+            viewers.keep(&self.pairs[light * WORDS..][..WORDS]);
+        }
+        viewers
+    }
+
     /// Adds pairs wi = wr of these directions.
     pub fn add_collocated(&mut self, directions: &Directions) {
         self.collocated.join(directions);

@@ -41,7 +41,7 @@ const ROUNDING: f64 = 2e-5;
 const ALIKE: f64 = 0.008;
 /// … or some times this, until there are no more patches in all places than so many, if nothing moves, and if something does.
 const COARSER: f64 = 1.4;
-const MAX_PATCHES: [usize; 2] = [500_000, 60_000];
+const MAX_PATCHES: [usize; 2] = [500_000, 100_000];
 const COARSEST: f64 = 0.3;
 /// Frames that differ by more, radians, are as good as any.
 const WIDEST: f64 = 1.2;
@@ -108,7 +108,10 @@ struct Around {
 
 /// All lights and viewers.
 struct Surroundings<'a> {
+    /// None for one at the camera.
     lights: Vec<(&'a LightSource, Option<Place>)>,
+    /// Whether there is one at the camera.
+    is_collocated: bool,
     viewers: Vec<Place>,
     pyramid: Pyramid,
 }
@@ -227,15 +230,11 @@ impl Scene {
                     sky,
                 },
                 Lens::Perspective(_),
-            ) => Place::Around {
-                target,
-                distance,
-                sky,
-            },
-            (CameraPath::Orbit { sky, .. }, Lens::Orthographic(_)) => Place::Far(sky),
+            ) => Place::around(target, distance, sky),
+            (CameraPath::Orbit { sky, .. }, Lens::Orthographic(_)) => Place::far(sky),
         };
         let light = |source: &LightSource| match *source {
-            LightSource::Directional(sky) => Some(Place::Far(sky)),
+            LightSource::Directional(sky) => Some(Place::far(sky)),
             LightSource::Point { place, .. } | LightSource::Spot { place, .. } => {
                 Some(Place::Near(place))
             }
@@ -246,6 +245,8 @@ impl Scene {
             lights: (self.lights.iter())
                 .map(|found| (&found.source, light(&found.source)))
                 .collect(),
+            is_collocated: (self.lights.iter())
+                .any(|light| light.source == LightSource::Collocated),
             viewers: self.cameras.iter().map(viewer).collect(),
             pyramid: Pyramid::new(),
         }
@@ -320,15 +321,16 @@ impl Patch {
                         && !(is_low && elevation - stray - self.tilt > f64::from(GRAZING) + 1e-3)
                 })
             };
-            let viewers = |slack: f64, is_low: bool| {
+            // Those beside what is known.
+            let viewers = |slack: f64, is_low: bool, known: &Directions| {
                 let all = surroundings.viewers.iter();
                 let all: Vec<&Place> = all.filter(|place| seen(place, is_low)).collect();
                 if all.is_empty() {
                     return Directions::none();
                 }
-                surroundings.pyramid.find(&|cap: &Cap| {
-                    let elevation = cap.axis[2].min(1.0).asin() - cap.radius;
-                    if is_low && elevation > f64::from(GRAZING) + 1e-3 {
+                surroundings.pyramid.find(known, &|cap: &Cap| {
+                    let elevation = || cap.axis[2].min(1.0).asin() - cap.radius;
+                    if is_low && elevation() > f64::from(GRAZING) + 1e-3 {
                         return Overlap::None;
                     }
                     let to = scene(cap.axis);
@@ -344,22 +346,22 @@ impl Patch {
                     found
                 })
             };
-            for (viewers, slack) in [(viewers(plain, false), plain), (viewers(bent, true), bent)] {
-                if viewers.is_empty() {
-                    continue;
-                }
+            for (slack, is_low) in [(plain, false), (bent, true)] {
+                let mut lights = Directions::none();
                 for (source, place) in &surroundings.lights {
-                    let Some(place) = place else {
-                        needs.add_collocated(&viewers);
+                    let Some(place) = place.as_ref().filter(|_| self.is_in_cone(source, eye))
+                    else {
                         continue;
                     };
-                    if !self.is_in_cone(source, eye) {
-                        continue;
-                    }
-                    let lights = surroundings
-                        .pyramid
-                        .find(&|cap: &Cap| place.overlap(eye, scene(cap.axis), cap.radius, slack));
-                    needs.add(&lights, &viewers);
+                    lights.join(&surroundings.pyramid.find(&lights, &|cap: &Cap| {
+                        place.overlap(eye, scene(cap.axis), cap.radius, slack)
+                    }));
+                }
+                let known = needs.viewers_of_all(&lights, surroundings.is_collocated);
+                let viewers = viewers(slack, is_low, &known);
+                needs.add(&lights, &viewers);
+                if surroundings.is_collocated {
+                    needs.add_collocated(&viewers);
                 }
             }
         }

@@ -9,6 +9,7 @@ mod gltf;
 mod parse;
 mod pose;
 mod range;
+mod sky;
 mod stage;
 
 use std::collections::BTreeMap;

@@ -1,9 +1,10 @@
 //! Where lights and viewers may be, as seen from somewhere: which directions lead to them.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec3;
 
+use super::sky::SkyMap;
 use super::{Region, Sky};
 use crate::needs::Overlap;
 
@@ -14,7 +15,7 @@ const STEP: f64 = 0.05;
 const MAX_STEPS: f64 = 4.0;
 
 /// Where a light or a viewer may be.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) enum Place {
     /// Anywhere in a box.
     Near(Region),
@@ -22,10 +23,12 @@ pub(super) enum Place {
     Around {
         target: DVec3,
         distance: [f64; 2],
-        sky: Sky,
+        sky: SkyMap,
     },
     /// Infinitely far away in a direction.
-    Far(Sky),
+    Toward(DVec3),
+    /// Infinitely far away, in part of the sky.
+    Far(SkyMap),
     /// Infinitely far away in any direction from a target to a box.
     Along { target: DVec3, region: Region },
     /// Infinitely far away, above an elevation.
@@ -41,6 +44,28 @@ pub(super) struct Eye {
 }
 
 impl Place {
+    /// Infinitely far away in part of the sky.
+    pub(super) fn far(sky: Sky) -> Self {
+        match sky.only() {
+            Some(way) => Self::Toward(way),
+            None => Self::Far(SkyMap::new(sky)),
+        }
+    }
+
+    /// At a distance from a target in part of the sky.
+    pub(super) fn around(target: DVec3, distance: [f64; 2], sky: Sky) -> Self {
+        match sky.only() {
+            Some(way) if distance[0] == distance[1] => {
+                Self::Near(Region::point(target + distance[0] * way))
+            }
+            _ => Self::Around {
+                target,
+                distance,
+                sky: SkyMap::new(sky),
+            },
+        }
+    }
+
     /// Whether directions within `radius` of a unit vector, of which each may be off by `slack` radians more, lead there.
     pub(super) fn overlap(&self, eye: Eye, to: DVec3, radius: f64, slack: f64) -> Overlap {
         let tolerance = radius + slack;
@@ -51,11 +76,14 @@ impl Place {
                 Overlap::None
             }
         };
-        match *self {
+        match self {
+            Self::Toward(way) => {
+                some(way.distance(to) <= 2.0 * (0.5 * tolerance).min(FRAC_PI_2).sin() + ROUNDING)
+            }
             Self::Far(sky) => sky.overlap(to, radius, slack),
             Self::Above(elevation) => {
                 let height = to.y.clamp(-1.0, 1.0).asin();
-                if height - radius >= elevation {
+                if height - radius >= *elevation {
                     Overlap::All
                 } else {
                     some(height + tolerance >= elevation - ROUNDING)
@@ -64,7 +92,7 @@ impl Place {
             Self::Near(region) => some(region.is_met(eye, to, tolerance)),
             Self::Along { target, region } => {
                 let eye = Eye {
-                    center: target,
+                    center: *target,
                     radius: 0.0,
                 };
                 some(region.is_met(eye, to, tolerance))
@@ -74,7 +102,7 @@ impl Place {
                 distance: [near, far],
                 sky,
             } => {
-                let offset = eye.center - target;
+                let offset = eye.center - *target;
                 // As seen from the target, the direction to a camera moves by less than (1 + x) times as much, x how far the eye is
                 // from the target over how far the camera is, and by another asin x for the radius of the eye.
                 let share = offset.length() / near;
@@ -83,22 +111,22 @@ impl Place {
                     return Overlap::Some;
                 }
                 let growth = 1.0 + share + stray;
-                // Where the ray leaves the sphere of a distance.
+                // Where the ray leaves the sphere of a distance D, seen from the target at asin(p/D) from the ray: p, how far it passes the target.
                 let along = to.dot(offset);
                 let at = |distance: f64| {
                     let root = along * along - offset.length_squared() + distance * distance;
                     (offset + (root.max(0.0).sqrt() - along) * to) / distance
                 };
-                let (first, last) = (at(near), at(far));
-                let arc = angle(first, last);
+                let arc = (share - offset.length() / far) / (1.0 - share * share).sqrt();
                 // Large caps need no more than one look.
                 let steps = (arc / STEP.max(radius)).ceil().clamp(1.0, MAX_STEPS);
                 let tolerance = growth * tolerance + stray.asin() + 0.5 * arc / steps + ROUNDING;
                 let mut found = Overlap::None;
                 for k in 0..steps as u32 {
                     let share = (f64::from(k) + 0.5) / steps;
-                    let from = first.lerp(last, share).normalize_or(first);
-                    match sky.overlap(from, growth * radius, tolerance - growth * radius) {
+                    // Steps of 1/D, along which that angle changes most evenly.
+                    let distance = 1.0 / ((1.0 - share) / near + share / far);
+                    match sky.overlap(at(distance), growth * radius, tolerance - growth * radius) {
                         Overlap::All => return Overlap::All,
                         Overlap::Some => found = Overlap::Some,
                         Overlap::None => {}
@@ -111,7 +139,7 @@ impl Place {
 
     /// How near it is to a ball, 0 if it reaches into it; infinity if it is far away.
     pub(super) fn distance(&self, center: DVec3, radius: f64) -> f64 {
-        match *self {
+        match self {
             Self::Near(region) => {
                 (center.clamp(region.low, region.high).distance(center) - radius).max(0.0)
             }
@@ -119,14 +147,15 @@ impl Place {
                 target,
                 distance: [near, _],
                 ..
-            } => (near - center.distance(target) - radius).max(0.0),
-            Self::Far(_) | Self::Along { .. } | Self::Above(_) => f64::INFINITY,
+            } => (near - center.distance(*target) - radius).max(0.0),
+            Self::Toward(_) | Self::Far(_) | Self::Along { .. } | Self::Above(_) => f64::INFINITY,
         }
     }
 
     /// The direction to it and by how many radians that may differ, where it is one point.
     pub(super) fn direction(&self, eye: Eye) -> Option<(DVec3, f64)> {
         match *self {
+            Self::Toward(way) => Some((way, 0.0)),
             Self::Near(region) if self.is_fixed() => {
                 let to = region.low - eye.center;
                 let length = to.length();
@@ -141,61 +170,11 @@ impl Place {
 
     /// Whether it is one place.
     pub(super) fn is_fixed(&self) -> bool {
-        let is_one = |[from, to]: [f64; 2]| from == to;
         match self {
+            Self::Toward(_) => true,
             Self::Near(region) | Self::Along { region, .. } => region.low == region.high,
-            Self::Around { distance, sky, .. } => is_one(*distance) && sky.is_fixed(),
-            Self::Far(sky) => sky.is_fixed(),
-            Self::Above(_) => false,
+            Self::Around { .. } | Self::Far(_) | Self::Above(_) => false,
         }
-    }
-}
-
-impl Sky {
-    fn is_fixed(&self) -> bool {
-        self.azimuth[0] == self.azimuth[1] && self.elevation[0] == self.elevation[1]
-    }
-
-    fn overlap(&self, to: DVec3, radius: f64, slack: f64) -> Overlap {
-        let elevation = to.y.atan2(to.x.hypot(to.z));
-        let azimuth = to.x.atan2(to.z);
-        if self.has_cap(azimuth, elevation, radius) {
-            return Overlap::All;
-        }
-        let tolerance = radius + slack + ROUNDING;
-        let [low, high] = self.elevation;
-        if elevation + tolerance < low || elevation - tolerance > high {
-            return Overlap::None;
-        }
-        // A cap that does not reach a pole spans this much azimuth to either side.
-        if elevation.abs() + tolerance >= FRAC_PI_2 {
-            return Overlap::Some;
-        }
-        let half = (tolerance.sin() / elevation.cos()).min(1.0).asin();
-        let middle = 0.5 * (self.azimuth[0] + self.azimuth[1]);
-        let reach = 0.5 * (self.azimuth[1] - self.azimuth[0]) + half + ROUNDING;
-        let beside = (azimuth - middle + PI).rem_euclid(TAU) - PI;
-        if beside.abs() <= reach {
-            Overlap::Some
-        } else {
-            Overlap::None
-        }
-    }
-
-    /// Whether all of a cap is in the range.
-    fn has_cap(&self, azimuth: f64, elevation: f64, radius: f64) -> bool {
-        let [low, high] = self.elevation;
-        let is_around = self.azimuth[1] - self.azimuth[0] >= TAU - ROUNDING;
-        let is_below = elevation + radius <= high || high >= FRAC_PI_2 - ROUNDING && is_around;
-        let is_above = elevation - radius >= low || low <= ROUNDING - FRAC_PI_2 && is_around;
-        let is_beside = is_around || {
-            let reaches = elevation.abs() + radius < FRAC_PI_2;
-            let half = (radius.sin() / elevation.cos()).min(1.0).asin();
-            let middle = 0.5 * (self.azimuth[0] + self.azimuth[1]);
-            let beside = (azimuth - middle + PI).rem_euclid(TAU) - PI;
-            reaches && beside.abs() + half <= 0.5 * (self.azimuth[1] - self.azimuth[0])
-        };
-        is_below && is_above && is_beside
     }
 }
 
@@ -238,6 +217,8 @@ pub(super) fn angle(a: DVec3, b: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     /// A number from 0 to 1, the k-th of its kind.
@@ -276,13 +257,9 @@ mod tests {
             };
             let places = [
                 (Place::Near(region), (in_box - from).normalize()),
-                (Place::Far(sky), to_sky),
+                (Place::far(sky), to_sky),
                 (
-                    Place::Around {
-                        target,
-                        distance,
-                        sky,
-                    },
+                    Place::around(target, distance, sky),
                     (camera - from).normalize(),
                 ),
                 (

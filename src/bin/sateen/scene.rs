@@ -169,6 +169,9 @@ fn grid_text(grid: &GridForecast) -> String {
         grid.seconds[0],
         grid.seconds[1],
     );
+    if grid.cells[0] == grid.cells[1] && grid.collapsed.is_empty() {
+        text += "\n             kept: all cells, since a part would take no less memory";
+    }
     for reason in reasons(grid) {
         text += &format!("\n             left out: {reason}");
     }
