@@ -13,6 +13,8 @@ mod approx;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(all(target_arch = "x86_64", not(feature = "std")))]
+mod detect;
 mod pairs;
 mod portable;
 
@@ -104,7 +106,9 @@ impl Level {
             }
             #[cfg(all(target_arch = "x86_64", feature = "std"))]
             Self::Avx512 => std::is_x86_feature_detected!("avx512f") && Self::Avx2.is_available(),
-            #[cfg(not(all(target_arch = "x86_64", feature = "std")))]
+            #[cfg(all(target_arch = "x86_64", not(feature = "std")))]
+            _ => self <= detect::widest(),
+            #[cfg(not(target_arch = "x86_64"))]
             _ => false,
         }
     }
