@@ -181,7 +181,10 @@ struct Text<'a> {
 
 impl Write for Text<'_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        let fits = text.floor_char_boundary(self.room.len());
+        let mut fits = text.len().min(self.room.len());
+        while !text.is_char_boundary(fits) {
+            fits -= 1;
+        }
         let (here, rest) = core::mem::take(&mut self.room).split_at_mut(fits);
         here.copy_from_slice(&text.as_bytes()[..fits]);
         if fits < text.len() {
