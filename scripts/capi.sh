@@ -12,7 +12,7 @@ features=ffi,zstd
 profile=capi
 for option in "$@"; do
     case $option in
-    --lean) features=ffi,libm ;;
+    --lean) features=ffi,libm,small ;;
     --quick) profile=dev ;;
     *)
         echo "capi.sh: unknown option $option" >&2

@@ -42,6 +42,7 @@
 //! |---|---|
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
+//! | `small` | less code, at the price of some speed |
 //! | `ffi` | `ffi`: the functions of `sateen.h`, for C and C++ (`scripts/capi.sh` builds the libraries) |
 //! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
 //! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |

@@ -11,7 +11,7 @@
 mod approx;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", not(feature = "small")))]
 mod avx512;
 #[cfg(all(target_arch = "x86_64", not(feature = "std")))]
 mod detect;
@@ -100,6 +100,7 @@ impl Level {
     pub fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
+            Self::Avx512 if cfg!(feature = "small") => false,
             #[cfg(all(target_arch = "x86_64", feature = "std"))]
             Self::Avx2 => {
                 std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma")
@@ -132,11 +133,18 @@ impl Level {
                 // SAFETY: the machine has been asked for the instructions just above.
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx2 => return unsafe { avx2::run(kernel) },
+                #[cfg(feature = "small")]
+                Self::Avx512 => {}
                 // SAFETY: the machine has been asked for the instructions just above.
+                #[cfg(not(feature = "small"))]
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx512 => return unsafe { avx512::run(kernel) },
             }
         }
+        // Eight lanes side by side take seven times the code of one.
+        #[cfg(feature = "small")]
+        return kernel.run::<Single, Eight>();
+        #[cfg(not(feature = "small"))]
         kernel.run::<Eight, Eight>()
     }
 
