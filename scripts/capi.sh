@@ -12,7 +12,10 @@ features=ffi,zstd
 profile=capi
 for option in "$@"; do
     case $option in
-    --lean) features=ffi,libm,small ;;
+    --lean)
+        features=ffi,libm,small
+        export CARGO_PROFILE_CAPI_OPT_LEVEL=s
+        ;;
     --quick) profile=dev ;;
     *)
         echo "capi.sh: unknown option $option" >&2

@@ -198,6 +198,31 @@ impl Table {
     }
 }
 
+#[cfg(not(feature = "small"))]
+use crc32fast::hash as checksum;
+
+/// CRC-32 (IEEE), a byte at a time: a quarter as fast as crc32fast, whose tables have 16 KiB.
+#[cfg(feature = "small")]
+fn checksum(bytes: &[u8]) -> u32 {
+    const TABLE: [u32; 256] = {
+        let mut table = [0; 256];
+        let mut byte = 0;
+        while byte < 256 {
+            let mut crc = byte as u32;
+            let mut bit = 0;
+            while bit < 8 {
+                crc = crc >> 1 ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 };
+                bit += 1;
+            }
+            table[byte] = crc;
+            byte += 1;
+        }
+        table
+    };
+    let step = |crc: u32, byte: &u8| crc >> 8 ^ TABLE[usize::from(crc as u8 ^ byte)];
+    !bytes.iter().fold(!0, step)
+}
+
 /// A file's bytes, and what keeps them, if anything does.
 struct File<'a> {
     bytes: &'a [u8],
@@ -249,7 +274,7 @@ fn header_of(bytes: &[u8]) -> Result<(&[u8], u16), Error> {
     }
     let crc = reader.u32()?;
     let header = bytes.get(..length).ok_or(truncated(length))?;
-    if crc32fast::hash(&header[CHECKED_FROM..]) != crc {
+    if checksum(&header[CHECKED_FROM..]) != crc {
         return Err(Error::Checksum { part: "header" });
     }
     Ok((header, minor))
@@ -321,7 +346,7 @@ fn decode<'a>(
     part: &'static str,
 ) -> Result<Cow<'a, [u8]>, Error> {
     let stored = &bytes[chunk.offset..chunk.offset + chunk.stored_bytes];
-    if crc32fast::hash(stored) != chunk.crc {
+    if checksum(stored) != chunk.crc {
         return Err(Error::Checksum { part });
     }
     let decoded = match (chunk.codec, words) {
@@ -1006,7 +1031,7 @@ mod write {
                 for size in [offset, stored.len(), *decoded_bytes] {
                     body.extend((size as u64).to_le_bytes());
                 }
-                body.extend(crc32fast::hash(stored).to_le_bytes());
+                body.extend(checksum(stored).to_le_bytes());
                 body.extend((*codec as u32).to_le_bytes());
                 end = offset + stored.len();
             }
@@ -1017,7 +1042,7 @@ mod write {
             bytes.extend(MAJOR.to_le_bytes());
             bytes.extend(minor.to_le_bytes());
             put_u32(&mut bytes, header_length);
-            bytes.extend(crc32fast::hash(&body).to_le_bytes());
+            bytes.extend(checksum(&body).to_le_bytes());
             bytes.extend(body);
             for (_, _, stored) in contents {
                 bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);

@@ -53,6 +53,8 @@ pub trait Vector: Lanes {
 
 /// Eight `f32`, which narrower numbers can be widened to.
 pub trait Row: Vector<Array = [f32; 8]> {
+    /// Whether it takes no instructions that only some machines have.
+    const IS_PORTABLE: bool = false;
     /// As f32.
     fn widen_i16(row: &[i16; 8]) -> Self;
     /// As f32.
