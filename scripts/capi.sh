@@ -30,7 +30,7 @@ target=${CARGO_TARGET_DIR:-target}
 folder=$target/$profile
 if [ "$profile" = dev ]; then
     folder=$target/debug
-    export CARGO_PROFILE_DEV_OPT_LEVEL=1 CARGO_PROFILE_DEV_DEBUG=false
+    export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
 fi
 cargo rustc --locked --quiet --lib --profile "$profile" --no-default-features --features "$features" \
     --crate-type staticlib,cdylib
