@@ -14,7 +14,7 @@ for option in "$@"; do
     case $option in
     --lean)
         features=ffi,libm,small
-        export CARGO_PROFILE_CAPI_OPT_LEVEL=s
+        export CARGO_PROFILE_CAPI_OPT_LEVEL=s CARGO_PROFILE_DEV_PANIC=abort
         ;;
     --quick) profile=dev ;;
     *)
