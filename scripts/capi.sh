@@ -4,16 +4,18 @@
 #     scripts/capi.sh DIR [--lean] [--quick]
 #
 # DIR/include/sateen.h, DIR/lib/libsateen.a, libsateen.so, cmake/sateen/, pkgconfig/sateen.pc. --lean leaves zstd and Rust's standard
-# library out: tables written by `sateen bake --stored` alone, a third of the bytes. --quick builds it as fast as can be, to test it.
+# library out: tables written by `sateen bake --stored` alone, a third of the bytes, static alone. --quick builds it as fast as can be, to test it.
 set -euo pipefail
 prefix=${1:?usage: scripts/capi.sh DIR [--lean] [--quick]}
 shift
 features=ffi,zstd
 profile=capi
+types=staticlib,cdylib
 for option in "$@"; do
     case $option in
     --lean)
         features=ffi,libm,small
+        types=staticlib
         export CARGO_PROFILE_CAPI_OPT_LEVEL=s CARGO_PROFILE_DEV_PANIC=abort
         ;;
     --quick) profile=dev ;;
@@ -33,14 +35,15 @@ if [ "$profile" = dev ]; then
     export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
 fi
 cargo rustc --locked --quiet --lib --profile "$profile" --no-default-features --features "$features" \
-    --crate-type staticlib,cdylib
+    --crate-type "$types"
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 
 mkdir -p "$prefix/include" "$prefix/lib/cmake/sateen" "$prefix/lib/pkgconfig"
 cp src/ffi/sateen.h "$prefix/include/"
 cp "$folder"/libsateen.a "$prefix/lib/"
+rm -f "$prefix"/lib/libsateen.so "$prefix"/lib/libsateen.dylib
 for shared in "$folder"/libsateen.so "$folder"/libsateen.dylib; do
-    if [ -e "$shared" ]; then
+    if [[ $types == *cdylib* && -e $shared ]]; then
         cp "$shared" "$prefix/lib/"
     fi
 done
