@@ -9,7 +9,7 @@ for component in rustfmt clippy; do
     cargo "${component/rustfmt/fmt}" --version >/dev/null 2>&1 || rustup component add "$component"
 done
 cargo fmt --check
-for layer in libm std zstd bake render scene report cli; do
+for layer in libm std ffi,libm,small ffi,zstd zstd bake render scene report cli; do
     echo "layer $layer"
     cargo clippy --locked --quiet --lib --bins --no-default-features --features "$layer" -- -D warnings
 done
@@ -41,6 +41,8 @@ names_none_of() {
 names_none_of "src/math src/needs" brdf chart table lookup fabric model metrics fit bake progress report stress render scene
 names_none_of "src/brdf src/chart" table lookup fabric model metrics fit bake progress report stress render scene
 names_none_of "src/table" lookup fabric model metrics fit bake progress report stress render scene
+names_none_of "src/lookup src/table src/brdf src/chart src/math src/needs" ffi
+names_none_of "src/ffi" fabric pattern model metrics fit bake progress report stress render scene
 names_none_of "src/lookup" fabric model metrics fit bake progress report stress render scene
 names_none_of "src/fabric" pattern chart table lookup model metrics fit bake progress report stress render scene
 names_none_of "src/pattern" chart table lookup model metrics fit bake progress report stress render scene

@@ -31,7 +31,7 @@
 //!
 //! # Modules
 //!
-//! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
+//! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`] ← `ffi`, and apart from these
 //! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
 //! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
 //! [`scene`]. The tool uses only what is public here.
@@ -42,6 +42,8 @@
 //! |---|---|
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
+//! | `small` | less code, at the price of some speed |
+//! | `ffi` | `ffi`: the functions of `sateen.h`, for C and C++ (`scripts/capi.sh` builds the libraries) |
 //! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
 //! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
@@ -67,6 +69,8 @@ pub mod table;
 pub mod bake;
 #[cfg(feature = "bake")]
 pub mod fabric;
+#[cfg(feature = "ffi")]
+pub mod ffi;
 #[cfg(feature = "bake")]
 pub mod fit;
 #[cfg(feature = "bake")]

@@ -7,6 +7,7 @@
 mod common;
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::hostile::{
@@ -70,6 +71,7 @@ const CAP: usize = 3 * MAX_DECODED_BYTES as usize;
 fn files_ask_for_no_more_memory_than_is_declared() {
     small_hostile_files_are_refused_for_little();
     the_largest_table_keeps_the_cap();
+    a_map_of_the_largest_table_is_not_copied();
     bombs_that_are_tables_keep_the_cap();
     a_header_as_large_as_they_come_keeps_the_cap();
     long_lines_of_pairs_are_refused_for_little();
@@ -90,6 +92,17 @@ fn the_largest_table_keeps_the_cap() {
     let bytes = table_of_grid(LARGEST, empty(), stored(samples));
     let (result, most) = most_bytes(|| Table::from_bytes(&bytes).is_ok());
     assert!(result && most <= CAP, "{most}");
+}
+
+fn a_map_of_the_largest_table_is_not_copied() {
+    let samples = vec![1; MAX_DECODED_BYTES as usize];
+    let table = Table::from_bytes(&table_of_grid(LARGEST, empty(), stored(samples))).unwrap();
+    // A vector of bytes of this size begins at a multiple of 16.
+    let map: Arc<Vec<u8>> = Arc::new(table.to_mappable_bytes());
+    drop(table);
+    let (table, most) = most_bytes(|| Table::from_shared(map).unwrap());
+    assert_eq!(table.lent_bytes(), table.decoded_bytes());
+    assert!(most <= LITTLE, "{most}");
 }
 
 fn bombs_that_are_tables_keep_the_cap() {

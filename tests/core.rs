@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::hostile_directions;
 use sateen::lookup::Quantity;
 use sateen::math::simd::{Kernel, Level, Row, Vector};
@@ -34,6 +36,96 @@ fn a_stored_table_has_its_golden_value() {
 fn a_compressed_table_is_refused_without_zstd() {
     let compressed = include_bytes!("data/tables/silk-crepe-de-chine-2.0.sateen");
     assert_eq!(Table::from_bytes(compressed), Err(Error::NoZstd));
+}
+
+/// Bytes of which a part begins at a multiple of 64, as a page of a memory map does, or so many bytes beside it.
+struct Map {
+    memory: Vec<u8>,
+    start: usize,
+    length: usize,
+}
+
+impl Map {
+    fn new(bytes: &[u8], beside: usize) -> Self {
+        let mut memory = vec![0xff; bytes.len() + 128];
+        let start = memory.as_ptr().align_offset(64) + beside;
+        memory[start..start + bytes.len()].copy_from_slice(bytes);
+        Self {
+            memory,
+            start,
+            length: bytes.len(),
+        }
+    }
+}
+
+impl AsRef<[u8]> for Map {
+    fn as_ref(&self) -> &[u8] {
+        &self.memory[self.start..][..self.length]
+    }
+}
+
+fn mapped(bytes: &[u8], beside: usize) -> Result<Table, Error> {
+    Table::from_shared(Arc::new(Map::new(bytes, beside)))
+}
+
+#[test]
+fn a_mapped_table_is_looked_up_where_it_is() {
+    let copied = stored();
+    let bytes = copied.to_mappable_bytes();
+    assert_eq!(bytes[8..12], [2, 0, 5, 0]);
+    let lent = if cfg!(target_endian = "little") {
+        copied.decoded_bytes()
+    } else {
+        0
+    };
+    let table = mapped(&bytes, 0).unwrap();
+    assert_eq!(table.lent_bytes(), lent);
+    assert_eq!(table, copied);
+    // It keeps the map, and so does what is made from it.
+    let clone = table.clone();
+    drop(table);
+    assert_eq!(clone.to_mappable_bytes(), bytes);
+    let leaked: &'static Map = Box::leak(Box::new(Map::new(&bytes, 0)));
+    assert_eq!(
+        Table::from_static(leaked.as_ref()).unwrap().lent_bytes(),
+        lent
+    );
+    // What cannot be read in place is copied.
+    let beside = mapped(&bytes, 1).unwrap();
+    assert_eq!((beside.lent_bytes(), &beside), (0, &copied));
+    assert_eq!(Table::from_bytes(&bytes).as_ref(), Ok(&copied));
+    // Nothing is behind the last samples of an older file.
+    let older = mapped(STORED, 0).unwrap();
+    assert_eq!((older.lent_bytes(), &older), (0, &copied));
+
+    let stride = if cfg!(miri) { 16 } else { 1 };
+    for wi in hostile_directions().into_iter().step_by(stride) {
+        for wr in hostile_directions().into_iter().step_by(stride) {
+            let expected = copied.eval_cos(wi, wr).map(f32::to_bits);
+            assert_eq!(clone.eval_cos(wi, wr).map(f32::to_bits), expected);
+            assert_eq!(beside.eval_cos(wi, wr).map(f32::to_bits), expected);
+        }
+    }
+}
+
+#[test]
+fn what_is_not_a_whole_mapped_table_is_refused() {
+    let whole = stored().to_mappable_bytes();
+    let stride = if cfg!(miri) { 397 } else { 1 };
+    for length in (0..whole.len()).step_by(stride) {
+        let error = mapped(&whole[..length], 0).expect_err("a part is no table");
+        let expected = matches!(error, Error::Truncated { .. } | Error::NotATable);
+        assert!(expected, "{length}: {error}");
+    }
+    let mut bytes = whole.clone();
+    for bit in (0..8 * bytes.len()).step_by(8 * stride + 1) {
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        assert!(mapped(&bytes, 0).is_err(), "bit {bit}");
+        bytes[bit / 8] ^= 1 << (bit % 8);
+    }
+    bytes.push(0);
+    let error = mapped(&bytes, 0).expect_err("a byte is behind it");
+    assert!(matches!(error, Error::TrailingBytes { .. }), "{error}");
 }
 
 #[test]

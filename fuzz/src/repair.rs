@@ -5,7 +5,10 @@
 const MAGIC: &[u8] = b"\x89SATEEN\n\x02\0";
 /// The minor version, of which there are four.
 const MINOR: usize = 10;
-const MINORS: u8 = 5;
+const MINORS: u8 = 6;
+/// Of files with zeros behind the last chunk, and how many.
+const MAPPED_MINOR: u8 = 5;
+const MARGIN: usize = 64;
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const HEADER_LENGTH: usize = 12;
 const HEADER_CRC: usize = 16;
@@ -76,6 +79,9 @@ impl File {
                 );
             }
             body.extend(chunk);
+        }
+        if minor == MAPPED_MINOR {
+            body.extend([0; MARGIN]);
         }
         let crc = crc32fast::hash(&self.header[CHECKED_FROM..]);
         put(&mut self.header, HEADER_CRC, &crc.to_le_bytes());

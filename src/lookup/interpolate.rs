@@ -152,7 +152,9 @@ impl<V: Vector> Places<V> {
         // Parts are rare, and compilers slow: along an axis that is flat they read the same row thrice, twice with weight 0.
         match (&grid.rows, grid.coordinates.rank()) {
             (Some(rows), _) => self.sum::<R, T, TAPS, TAPS, TAPS>(channels, rows, samples),
-            (None, 4) => self.sum::<R, T, TAPS, TAPS, TAPS>(channels, &all, samples),
+            (None, rank) if rank == 4 || cfg!(feature = "small") => {
+                self.sum::<R, T, TAPS, TAPS, TAPS>(channels, &all, samples)
+            }
             (None, 3) => self.sum::<R, T, TAPS, TAPS, 1>(channels, &all, samples),
             (None, 2) => self.sum::<R, T, TAPS, 1, 1>(channels, &all, samples),
             (None, _) => self.sum::<R, T, 1, 1, 1>(channels, &all, samples),

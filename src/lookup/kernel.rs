@@ -1,6 +1,6 @@
 //! From pairs of directions to reflectance.
 
-use super::interpolate::value;
+use super::interpolate;
 use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave};
 use crate::math::simd::{Row, Vector};
 use crate::math::{Vec3, each, splat};
@@ -65,23 +65,25 @@ fn thread_response<V: Vector, R: Row>(
     let frame = thread.frame.cast::<V>();
     let (wi, wr) = (frame.to_thread(wi), frame.to_thread(wr));
     let tangents = &thread.tangents;
-    let mut response = Response::zero();
-    match &thread.segments {
-        Segments::None | Segments::Direct(_) => {}
-        Segments::Grid(grid) => {
-            let found = value::<V, R>(grid, table.is_partial, wi, wr);
-            *missing += found.missing;
-            response = found.response;
-        }
-        Segments::Curve(curve) => {
-            let of_response = value::<V, R>(&curve.response, table.is_partial, wi, wr);
-            let of_projection = value::<V, R>(&curve.projection, table.is_partial, wi, wr);
-            *missing += of_response.missing + of_projection.missing;
-            return ThreadResponse {
-                response: of_response.response,
-                projection: of_projection.response.surface,
-            };
-        }
+    let grids = match &thread.segments {
+        Segments::None | Segments::Direct(_) => [None, None],
+        Segments::Grid(grid) => [Some(&**grid), None],
+        Segments::Curve(curve) => [Some(&curve.response), Some(&curve.projection)],
+    };
+    // One place that looks up, since it is most of the code.
+    let mut values = [Response::zero(); 2];
+    for (value, grid) in values.iter_mut().zip(grids) {
+        let Some(grid) = grid else { break };
+        let found = interpolate::value::<V, R>(grid, table.is_partial, wi, wr);
+        *missing += found.missing;
+        *value = found.response;
+    }
+    let [mut response, of_projection] = values;
+    if let Segments::Curve(_) = thread.segments {
+        return ThreadResponse {
+            response,
+            projection: of_projection.surface,
+        };
     }
     let has_tilts = !tangents.tilts().is_empty();
     let both = table.reweighting == Reweighting::Both;

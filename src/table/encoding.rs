@@ -1,7 +1,6 @@
 //! How a coefficient of a table is stored.
 
-use alloc::vec::Vec;
-
+use super::Numbers;
 use super::grid::PADDING;
 
 /// What a stored number is of the coefficient it stands for.
@@ -78,15 +77,16 @@ impl Encoding {
     }
 }
 
-/// The stored numbers of a table.
+/// The stored numbers of a table, and what follows them so that rows can be read whole: zeros, or what else is behind them in a
+/// file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
     /// Of 32-bit floats.
-    F32(Vec<f32>),
+    F32(Numbers<f32>),
     /// Of 16-bit integers.
-    I16(Vec<i16>),
+    I16(Numbers<i16>),
     /// Of 8-bit integers.
-    I8(Vec<i8>),
+    I8(Numbers<i8>),
 }
 
 impl Samples {
@@ -112,6 +112,15 @@ impl Samples {
             Self::F32(samples) => samples.len(),
             Self::I16(samples) => samples.len(),
             Self::I8(samples) => samples.len(),
+        }
+    }
+
+    /// Whether they are in the memory of the file that they were loaded from ([`super::Table::from_static`]).
+    pub fn is_lent(&self) -> bool {
+        match self {
+            Self::F32(samples) => samples.is_lent(),
+            Self::I16(samples) => samples.is_lent(),
+            Self::I8(samples) => samples.is_lent(),
         }
     }
 

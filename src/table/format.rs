@@ -2,13 +2,21 @@
 //!
 //! All checks are here. What [`Table::from_bytes`] returns can be evaluated without any.
 
-use alloc::{borrow::ToOwned, string::String, vec, vec::Vec};
+#[cfg(target_has_atomic = "ptr")]
+use alloc::sync::Arc;
+use alloc::{
+    borrow::{Cow, ToOwned},
+    string::String,
+    vec,
+    vec::Vec,
+};
 
 use super::grid::PADDING;
+use super::numbers::{self, Lender, Plain};
 use super::rows::Run;
 use super::{
-    Axis, CHANNELS, Content, Encoding, Error, Grid, Grids, MAX_KNOTS, Rows, Samples, Table,
-    ThreadParameters, ThreadTable,
+    Axis, CHANNELS, Content, Encoding, Error, Grid, Grids, MAX_KNOTS, Numbers, Rows, Samples,
+    Table, ThreadParameters, ThreadTable,
 };
 use crate::brdf::{Optics, Reweighting, limits};
 use crate::chart::{Chart, Coordinates};
@@ -16,7 +24,7 @@ use crate::chart::{Chart, Coordinates};
 /// Major version of the format: readers refuse what they do not know.
 pub const MAJOR: u16 = 2;
 /// Minor version of the format.
-pub const MINOR: u16 = 4;
+pub const MINOR: u16 = 5;
 /// The most memory that samples and metadata of one file may take, whatever its header says.
 pub const MAX_DECODED_BYTES: u64 = 256 << 20;
 
@@ -34,6 +42,11 @@ const MAGIC: [u8; 8] = *b"\x89SATEEN\n";
 const ALIGNMENT: usize = 64;
 /// Where the checksummed part of the header begins.
 const CHECKED_FROM: usize = 20;
+/// The minor version of files whose samples are looked up where they are: …
+const MAPPED_MINOR: u16 = 5;
+/// … so many zeros follow the last chunk, so that its last rows can be read whole, too.
+const MARGIN: usize = 64;
+const _: () = assert!(MARGIN >= PADDING * size_of::<f32>());
 const MAX_HEADER_BYTES: usize = 16 << 20;
 const MAX_THREADS: u32 = 64;
 const MAX_PARTS: u32 = 4096;
@@ -64,6 +77,42 @@ impl Table {
     /// asked for: decompressed planes, bytes and samples. A small file cannot ask for that much: zstd makes at most 32768
     /// bytes of one.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        Self::from_file(&File {
+            bytes,
+            lender: None,
+        })
+    }
+
+    /// The same, but samples that are not compressed stay where they are, if they can be read there: what
+    /// [`Table::to_mappable_bytes`] has written, at an address that is a multiple of 4 (memory maps begin at pages), on a
+    /// little-endian machine. Other samples are copied, as [`Table::from_bytes`] does; [`Table::lent_bytes`] says how many
+    /// are not.
+    ///
+    /// # Errors
+    /// Those of [`Table::from_bytes`].
+    pub fn from_static(bytes: &'static [u8]) -> Result<Self, Error> {
+        Self::from_file(&File {
+            bytes,
+            lender: Some(Lender::Static),
+        })
+    }
+
+    /// The same with bytes that are kept until the last of the table's clones is dropped: a memory map, or a buffer. (Whoever
+    /// maps a file promises, as for any map, that nobody writes to it or shortens it meanwhile.)
+    ///
+    /// # Errors
+    /// Those of [`Table::from_bytes`].
+    #[cfg(target_has_atomic = "ptr")]
+    pub fn from_shared(owner: Arc<dyn AsRef<[u8]> + Send + Sync>) -> Result<Self, Error> {
+        Self::from_file(&File {
+            // Asked once: another time it might give others.
+            bytes: (*owner).as_ref(),
+            lender: Some(Lender::Shared(owner.clone())),
+        })
+    }
+
+    fn from_file(file: &File<'_>) -> Result<Self, Error> {
+        let bytes = file.bytes;
         let (header, minor) = header_of(bytes)?;
         let mut reader = Reader {
             bytes: header,
@@ -108,7 +157,8 @@ impl Table {
             chunks.push(reader.chunk()?);
         }
         reader.zero(header.len() - reader.offset)?;
-        check_layout(bytes, header.len(), &chunks)?;
+        let margin = if minor == MAPPED_MINOR { MARGIN } else { 0 };
+        check_layout(bytes, header.len(), &chunks, margin)?;
 
         let mut grid_chunks = chunks.iter();
         let metadata_chunk = grid_chunks
@@ -120,8 +170,8 @@ impl Table {
                 offset: metadata_chunk.offset,
             });
         }
-        let metadata = String::from_utf8(decode(bytes, metadata_chunk, Words::None, "metadata")?)
-            .map_err(|_| Error::Invalid {
+        let metadata = decode(bytes, metadata_chunk, Words::None, "metadata")?;
+        let metadata = String::from_utf8(metadata.into_owned()).map_err(|_| Error::Invalid {
             what: "metadata is not UTF-8",
             offset: metadata_chunk.offset,
         })?;
@@ -131,20 +181,68 @@ impl Table {
                 let mut next = || grid_chunks.next().ok_or(reader.invalid("number of chunks"));
                 let samples = next()?;
                 let runs = if grid.has_runs { Some(next()?) } else { None };
-                grid.load(bytes, samples, runs)
+                grid.load(file, samples, runs)
             })?;
             loaded.push(ThreadTable::new(parameters, grids));
         }
         let gap = (1.0 - coverage).max(0.0) as f32;
         let mut table = Self::new(loaded, gap, sigma_u, rho_scale, reweighting);
         table.metadata = metadata;
-        if table.format() != (MAJOR, minor) {
+        if minor != MAPPED_MINOR && table.format() != (MAJOR, minor) {
             return Err(Error::Invalid {
                 what: "minor version",
                 offset: 10,
             });
         }
         Ok(table)
+    }
+}
+
+#[cfg(not(feature = "small"))]
+use crc32fast::hash as checksum;
+
+/// CRC-32 (IEEE), a byte at a time: a quarter as fast as crc32fast, whose tables have 16 KiB.
+#[cfg(feature = "small")]
+fn checksum(bytes: &[u8]) -> u32 {
+    const TABLE: [u32; 256] = {
+        let mut table = [0; 256];
+        let mut byte = 0;
+        while byte < 256 {
+            let mut crc = byte as u32;
+            let mut bit = 0;
+            while bit < 8 {
+                crc = crc >> 1 ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 };
+                bit += 1;
+            }
+            table[byte] = crc;
+            byte += 1;
+        }
+        table
+    };
+    let step = |crc: u32, byte: &u8| crc >> 8 ^ TABLE[usize::from(crc as u8 ^ byte)];
+    !bytes.iter().fold(!0, step)
+}
+
+/// A file's bytes, and what keeps them, if anything does.
+struct File<'a> {
+    bytes: &'a [u8],
+    /// What keeps the bytes where they are, unchanged.
+    lender: Option<Lender>,
+}
+
+impl File<'_> {
+    /// A chunk's numbers where they are, if they can be.
+    fn lend<T: Plain>(&self, chunk: &Chunk, count: usize) -> Option<Numbers<T>> {
+        let lender = self
+            .lender
+            .as_ref()
+            .filter(|_| chunk.codec == Codec::Stored)?;
+        let bytes = self.bytes.get(chunk.offset..)?;
+        #[expect(unsafe_code, reason = "numbers without a copy of them")]
+        // SAFETY: the lender keeps the bytes as they are.
+        unsafe {
+            numbers::lend(bytes, count, lender)
+        }
     }
 }
 
@@ -176,14 +274,23 @@ fn header_of(bytes: &[u8]) -> Result<(&[u8], u16), Error> {
     }
     let crc = reader.u32()?;
     let header = bytes.get(..length).ok_or(truncated(length))?;
-    if crc32fast::hash(&header[CHECKED_FROM..]) != crc {
+    if checksum(&header[CHECKED_FROM..]) != crc {
         return Err(Error::Checksum { part: "header" });
     }
     Ok((header, minor))
 }
 
-/// Chunks follow the header and each other, each at the next aligned offset, and nothing follows them.
-fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<(), Error> {
+/// Chunks follow the header and each other, each at the next aligned offset, then so many zeros, and nothing follows them.
+fn check_layout(
+    bytes: &[u8],
+    header_length: usize,
+    chunks: &[Chunk],
+    margin: usize,
+) -> Result<(), Error> {
+    let not_zero = |offset: usize| Error::Invalid {
+        what: "padding is not zero",
+        offset,
+    };
     let mut end = header_length;
     for chunk in chunks {
         let start = end.next_multiple_of(ALIGNMENT);
@@ -195,10 +302,7 @@ fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<
         }
         let padding = bytes.get(end..start).unwrap_or(&[]);
         if padding.iter().any(|byte| *byte != 0) {
-            return Err(Error::Invalid {
-                what: "padding is not zero",
-                offset: end,
-            });
+            return Err(not_zero(end));
         }
         end = start.saturating_add(chunk.stored_bytes);
         if end > bytes.len() {
@@ -208,7 +312,13 @@ fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<
             });
         }
     }
-    let (expected, found) = (end as u64, bytes.len() as u64);
+    let (expected, found) = (end as u64 + margin as u64, bytes.len() as u64);
+    if found < expected {
+        return Err(Error::Truncated { expected, found });
+    }
+    if bytes[end..].iter().take(margin).any(|byte| *byte != 0) {
+        return Err(not_zero(end));
+    }
     if found > expected {
         return Err(Error::TrailingBytes { expected, found });
     }
@@ -228,21 +338,23 @@ enum Words {
     Of { bytes: usize, before: usize },
 }
 
-/// A chunk's bytes, checked and decompressed.
-fn decode(bytes: &[u8], chunk: &Chunk, words: Words, part: &'static str) -> Result<Vec<u8>, Error> {
+/// A chunk's bytes, checked and decompressed; those that are not compressed are not copied.
+fn decode<'a>(
+    bytes: &'a [u8],
+    chunk: &Chunk,
+    words: Words,
+    part: &'static str,
+) -> Result<Cow<'a, [u8]>, Error> {
     let stored = &bytes[chunk.offset..chunk.offset + chunk.stored_bytes];
-    if crc32fast::hash(stored) != chunk.crc {
+    if checksum(stored) != chunk.crc {
         return Err(Error::Checksum { part });
     }
     let decoded = match (chunk.codec, words) {
-        // Not copied before it is known to be of the size that the cap on memory counts on.
-        (Codec::Stored, _) if stored.len() != chunk.decoded_bytes => {
-            return Err(Error::Decompression);
-        }
-        (Codec::Stored, _) => stored.to_owned(),
-        (Codec::Zstd, _) => decompress(stored, chunk.decoded_bytes)?,
+        (Codec::Stored, _) => Cow::Borrowed(stored),
+        (Codec::Zstd, _) => Cow::Owned(decompress(stored, chunk.decoded_bytes)?),
         (Codec::ZstdPlanes, Words::Of { bytes, before }) => {
-            join_planes(&decompress(stored, chunk.decoded_bytes)?, bytes, before)
+            let planes = decompress(stored, chunk.decoded_bytes)?;
+            Cow::Owned(join_planes(&planes, bytes, before))
         }
         (Codec::ZstdPlanes, Words::None) => {
             return Err(Error::Invalid {
@@ -391,7 +503,8 @@ struct GridHeader {
 }
 
 impl GridHeader {
-    fn load(self, bytes: &[u8], chunk: &Chunk, runs: Option<&Chunk>) -> Result<Grid, Error> {
+    fn load(self, file: &File<'_>, chunk: &Chunk, runs: Option<&Chunk>) -> Result<Grid, Error> {
+        let bytes = file.bytes;
         let (word, channels) = (self.encoding.bytes(), self.content.channels());
         let runs = match runs {
             Some(chunk) => Some((self.load_runs(bytes, chunk)?, chunk.offset)),
@@ -431,12 +544,16 @@ impl GridHeader {
         };
         let decoded = decode(bytes, chunk, words, "samples")?;
         let samples = match self.encoding {
-            Encoding::F32 | Encoding::SqrtF32 => Samples::F32(padded(&decoded, f32::from_le_bytes)),
-            Encoding::I16 | Encoding::SqrtI16 => Samples::I16(padded(&decoded, i16::from_le_bytes)),
-            Encoding::SqrtI8 => Samples::I8(padded(&decoded, i8::from_le_bytes)),
+            Encoding::F32 | Encoding::SqrtF32 => {
+                Samples::F32(numbers_of(file, chunk, &decoded, f32::from_le_bytes))
+            }
+            Encoding::I16 | Encoding::SqrtI16 => {
+                Samples::I16(numbers_of(file, chunk, &decoded, i16::from_le_bytes))
+            }
+            Encoding::SqrtI8 => Samples::I8(numbers_of(file, chunk, &decoded, i8::from_le_bytes)),
         };
         if let Samples::F32(samples) = &samples
-            && !samples.iter().all(|x| (-1.0..=1.0).contains(x))
+            && !samples.stored().iter().all(|x| (-1.0..=1.0).contains(x))
         {
             return Err(Error::Invalid {
                 what: "a sample is not within ±1",
@@ -542,14 +659,21 @@ fn code_of(coordinates: Coordinates) -> [u8; 2] {
     }
 }
 
-/// Little-endian numbers, and the zeros that a grid's samples end with.
-fn padded<T: Copy + Default, const N: usize>(bytes: &[u8], of: impl Fn([u8; N]) -> T) -> Vec<T> {
-    let numbers = bytes
-        .chunks_exact(N)
-        .map(|word| of(core::array::from_fn(|k| word[k])));
-    numbers
-        .chain(core::iter::repeat_n(T::default(), PADDING))
-        .collect()
+/// The little-endian numbers of a chunk that has these bytes, where they are or with the zeros that a grid's samples end with.
+fn numbers_of<T: Plain + Default, const N: usize>(
+    file: &File<'_>,
+    chunk: &Chunk,
+    decoded: &[u8],
+    of: impl Fn([u8; N]) -> T,
+) -> Numbers<T> {
+    file.lend(chunk, decoded.len() / N).unwrap_or_else(|| {
+        let numbers = decoded
+            .chunks_exact(N)
+            .map(|word| of(core::array::from_fn(|k| word[k])));
+        numbers
+            .chain(core::iter::repeat_n(T::default(), PADDING))
+            .collect()
+    })
 }
 
 struct Reader<'a> {
@@ -833,36 +957,56 @@ impl Grid {
     }
 }
 
-#[cfg(feature = "zstd")]
 mod write {
     use super::super::Segments;
     use super::*;
 
     /// zstd's level: the files are written once and read often.
+    #[cfg(feature = "zstd")]
     const LEVEL: i32 = 19;
+
+    /// How a chunk is made of bytes, numbers of some [`Words`] if any.
+    type Pack = fn(Vec<u8>, Words) -> Result<(Codec, Vec<u8>), Error>;
 
     impl Table {
         /// The table as a file, `FORMAT.md`. The same table gives the same bytes.
         ///
         /// # Errors
         /// When zstd runs out of memory.
+        #[cfg(feature = "zstd")]
         pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
+            self.to_file(self.format().1, compress)
+        }
+
+        /// The table as a file that is not compressed, format 2.5: [`Table::from_static`] looks up its samples where they
+        /// are, and it needs no zstd.
+        pub fn to_mappable_bytes(&self) -> Vec<u8> {
+            let store: Pack = |bytes, _| Ok((Codec::Stored, bytes));
+            let mut bytes = self.to_file(MAPPED_MINOR, store).unwrap_or_default();
+            bytes.extend([0; MARGIN]);
+            bytes
+        }
+
+        fn to_file(&self, minor: u16, pack: Pack) -> Result<Vec<u8>, Error> {
             let grids: Vec<&Grid> = self.threads.iter().flat_map(ThreadTable::grids).collect();
-            let mut contents = vec![(
-                Codec::Zstd,
-                self.metadata.len(),
-                compress(self.metadata.as_bytes())?,
-            )];
+            let mut contents = Vec::new();
+            let mut put = |bytes: Vec<u8>, words: Words| {
+                let decoded_bytes = bytes.len();
+                let (codec, stored) = pack(bytes, words)?;
+                contents.push((codec, decoded_bytes, stored));
+                Ok(())
+            };
+            put(self.metadata.as_bytes().to_owned(), Words::None)?;
             for grid in &grids {
-                let (bytes, word) = (sample_bytes(&grid.samples), grid.encoding.bytes());
-                let planes = split_planes(&bytes, word, grid.content.channels());
-                contents.push((Codec::ZstdPlanes, bytes.len(), compress(&planes)?));
+                let words = Words::Of {
+                    bytes: grid.encoding.bytes(),
+                    before: grid.content.channels(),
+                };
+                put(sample_bytes(&grid.samples), words)?;
                 if let Some(rows) = &grid.rows {
                     let runs = rows.runs(&grid.axes);
                     let numbers = runs.iter().flat_map(|run| [run.first, run.count]);
-                    let bytes: Vec<u8> = numbers.flat_map(u16::to_le_bytes).collect();
-                    let planes = split_planes(&bytes, 2, 2);
-                    contents.push((Codec::ZstdPlanes, bytes.len(), compress(&planes)?));
+                    put(numbers.flat_map(u16::to_le_bytes).collect(), RUN_WORDS)?;
                 }
             }
 
@@ -871,7 +1015,6 @@ mod write {
             body.push(u8::from(self.reweighting == Reweighting::Both));
             body.extend([0; 3]);
             body.extend(self.sigma_u.to_le_bytes());
-            let (major, minor) = self.format();
             if minor > 0 {
                 body.extend(self.rho_scale.to_le_bytes());
             }
@@ -888,7 +1031,7 @@ mod write {
                 for size in [offset, stored.len(), *decoded_bytes] {
                     body.extend((size as u64).to_le_bytes());
                 }
-                body.extend(crc32fast::hash(stored).to_le_bytes());
+                body.extend(checksum(stored).to_le_bytes());
                 body.extend((*codec as u32).to_le_bytes());
                 end = offset + stored.len();
             }
@@ -896,10 +1039,10 @@ mod write {
 
             let mut bytes = Vec::with_capacity(end);
             bytes.extend(MAGIC);
-            bytes.extend(major.to_le_bytes());
+            bytes.extend(MAJOR.to_le_bytes());
             bytes.extend(minor.to_le_bytes());
             put_u32(&mut bytes, header_length);
-            bytes.extend(crc32fast::hash(&body).to_le_bytes());
+            bytes.extend(checksum(&body).to_le_bytes());
             bytes.extend(body);
             for (_, _, stored) in contents {
                 bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
@@ -909,8 +1052,18 @@ mod write {
         }
     }
 
-    fn compress(bytes: &[u8]) -> Result<Vec<u8>, Error> {
-        zstd::bulk::compress(bytes, LEVEL).map_err(|_| Error::Decompression)
+    /// By zstd, numbers by their planes.
+    #[cfg(feature = "zstd")]
+    fn compress(bytes: Vec<u8>, words: Words) -> Result<(Codec, Vec<u8>), Error> {
+        let (codec, bytes) = match words {
+            Words::None => (Codec::Zstd, bytes),
+            Words::Of {
+                bytes: word,
+                before,
+            } => (Codec::ZstdPlanes, split_planes(&bytes, word, before)),
+        };
+        let stored = zstd::bulk::compress(&bytes, LEVEL).map_err(|_| Error::Decompression)?;
+        Ok((codec, stored))
     }
 
     fn sample_bytes(samples: &Samples) -> Vec<u8> {
@@ -921,9 +1074,8 @@ mod write {
         }
     }
 
-    fn bytes_of<T, const N: usize>(samples: &[T], of: impl Fn(&T) -> [u8; N]) -> Vec<u8> {
-        let stored = &samples[..samples.len() - PADDING];
-        stored.iter().flat_map(of).collect()
+    fn bytes_of<T, const N: usize>(samples: &Numbers<T>, of: impl Fn(&T) -> [u8; N]) -> Vec<u8> {
+        samples.stored().iter().flat_map(of).collect()
     }
 
     fn put_u32(out: &mut Vec<u8>, x: usize) {

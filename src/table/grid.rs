@@ -20,7 +20,7 @@ pub struct Grid {
     pub(crate) scale: [f32; CHANNELS],
     /// Which coefficients there are, if not all.
     pub(crate) rows: Option<Rows>,
-    /// Followed by [`PADDING`] zeros, so that a row can be read as [`ROW`] numbers wherever it begins.
+    /// Followed by [`PADDING`] numbers that do not matter, so that a row can be read as [`ROW`] numbers wherever it begins.
     pub(crate) samples: Samples,
 }
 
@@ -117,7 +117,11 @@ impl Grid {
 
     /// Bytes of samples in memory, and of what finds them.
     pub fn bytes(&self) -> usize {
-        let index = self.rows.as_ref().map_or(0, Rows::bytes);
-        (self.samples.len() - PADDING) * self.encoding.bytes() + index
+        self.sample_bytes() + self.rows.as_ref().map_or(0, Rows::bytes)
+    }
+
+    /// Bytes of samples.
+    pub(super) fn sample_bytes(&self) -> usize {
+        (self.samples.len() - PADDING) * self.encoding.bytes()
     }
 }

@@ -40,6 +40,7 @@ mod error;
 mod format;
 mod grid;
 mod misses;
+mod numbers;
 mod rows;
 
 pub(crate) use axis::TAPS;
@@ -50,6 +51,7 @@ pub use format::{MAJOR, MAX_DECODED_BYTES, MINOR};
 pub(crate) use grid::{CHANNELS, ROW};
 pub use grid::{Content, Grid};
 pub(crate) use misses::Misses;
+pub use numbers::Numbers;
 pub(crate) use rows::Rows;
 #[cfg(feature = "bake")]
 pub(crate) use rows::{Run, place_of};
@@ -86,7 +88,7 @@ impl Table {
         self.rho_scale
     }
 
-    /// The version of the format that it is written in: the oldest that can hold it.
+    /// The version of the format that [`Table::to_bytes`] writes it in: the oldest that can hold it.
     pub fn format(&self) -> (u16, u16) {
         let is_curve = |thread: &ThreadTable| thread.projection_grid().is_some();
         let mut grids = self.threads.iter().flat_map(ThreadTable::grids);
@@ -114,6 +116,13 @@ impl Table {
     pub fn decoded_bytes(&self) -> usize {
         let grids = self.threads.iter().flat_map(ThreadTable::grids);
         grids.map(Grid::bytes).sum()
+    }
+
+    /// Of these, bytes that were not copied from the file: see [`Table::from_static`].
+    pub fn lent_bytes(&self) -> usize {
+        let grids = self.threads.iter().flat_map(ThreadTable::grids);
+        let lent = grids.filter(|grid| grid.samples.is_lent());
+        lent.map(Grid::sample_bytes).sum()
     }
 
     /// A table with these threads; its metadata are empty.

@@ -67,6 +67,9 @@ pub(crate) struct BakeArgs {
     /// The file to write, or the folder for several [default: NAME.sateen in the current folder].
     #[arg(short, long, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
+    /// Write files that are not compressed, twice as large: programs map these into memory and look them up where they are.
+    #[arg(long, conflicts_with = "resume")]
+    pub(crate) stored: bool,
     /// Keep the tables that are there already, whole and made from the same fabric with the same settings by the same version,
     /// and bake only the others.
     #[arg(long, conflicts_with_all = ["max_error", "max_bytes", "max_ns"])]

@@ -85,7 +85,11 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         let provenance = Provenance::of(&table).context("metadata just written")?;
         let mut file_bytes = None;
         if within {
-            let file = table.to_bytes().with_context(interrupted)?;
+            let file = if args.stored {
+                table.to_mappable_bytes()
+            } else {
+                table.to_bytes().with_context(interrupted)?
+            };
             // Its own reader has the last word: nothing is written that cannot be loaded.
             Table::from_bytes(&file).with_context(interrupted)?;
             output.write(&file)?;

@@ -11,8 +11,10 @@
 mod approx;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
-#[cfg(target_arch = "x86_64")]
+#[cfg(all(target_arch = "x86_64", not(feature = "small")))]
 mod avx512;
+#[cfg(all(target_arch = "x86_64", not(feature = "std")))]
+mod detect;
 mod pairs;
 mod portable;
 
@@ -51,6 +53,8 @@ pub trait Vector: Lanes {
 
 /// Eight `f32`, which narrower numbers can be widened to.
 pub trait Row: Vector<Array = [f32; 8]> {
+    /// Whether it takes no instructions that only some machines have.
+    const IS_PORTABLE: bool = false;
     /// As f32.
     fn widen_i16(row: &[i16; 8]) -> Self;
     /// As f32.
@@ -98,13 +102,16 @@ impl Level {
     pub fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
+            Self::Avx512 if cfg!(feature = "small") => false,
             #[cfg(all(target_arch = "x86_64", feature = "std"))]
             Self::Avx2 => {
                 std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma")
             }
             #[cfg(all(target_arch = "x86_64", feature = "std"))]
             Self::Avx512 => std::is_x86_feature_detected!("avx512f") && Self::Avx2.is_available(),
-            #[cfg(not(all(target_arch = "x86_64", feature = "std")))]
+            #[cfg(all(target_arch = "x86_64", not(feature = "std")))]
+            _ => self <= detect::widest(),
+            #[cfg(not(target_arch = "x86_64"))]
             _ => false,
         }
     }
@@ -128,11 +135,18 @@ impl Level {
                 // SAFETY: the machine has been asked for the instructions just above.
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx2 => return unsafe { avx2::run(kernel) },
+                #[cfg(feature = "small")]
+                Self::Avx512 => {}
                 // SAFETY: the machine has been asked for the instructions just above.
+                #[cfg(not(feature = "small"))]
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx512 => return unsafe { avx512::run(kernel) },
             }
         }
+        // Eight lanes side by side take seven times the code of one.
+        #[cfg(feature = "small")]
+        return kernel.run::<Single, Eight>();
+        #[cfg(not(feature = "small"))]
         kernel.run::<Eight, Eight>()
     }
 

@@ -46,6 +46,22 @@ pub fn at_pair<F: PairFunction>(function: &F, wi: [f32; 3], wr: [f32; 3]) -> [f3
     Level::detect().run_single(One { function, wi, wr })
 }
 
+/// The function at some pairs.
+#[inline(always)]
+fn at<F: PairFunction, V: Vector, R: Row>(function: &F, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
+    if cfg!(feature = "small") && V::LANES == 1 && R::IS_PORTABLE {
+        at_one::<F, V, R>(function, wi, wr)
+    } else {
+        function.at::<V, R>(wi, wr)
+    }
+}
+
+/// The same code for batches and for single pairs.
+#[inline(never)]
+fn at_one<F: PairFunction, V: Vector, R: Row>(function: &F, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
+    function.at::<V, R>(wi, wr)
+}
+
 struct One<'a, F> {
     function: &'a F,
     wi: [f32; 3],
@@ -61,7 +77,7 @@ impl<F: PairFunction> Kernel for One<'_, F> {
             each(self.wi, splat::<f32, V>),
             each(self.wr, splat::<f32, V>),
         );
-        each(self.function.at::<V, R>(wi, wr), first)
+        each(at::<F, V, R>(self.function, wi, wr), first)
     }
 }
 
@@ -87,7 +103,7 @@ impl<F: PairFunction> Kernel for Many<'_, F> {
         while start < pairs {
             let here = start..pairs.min(start + V::LANES);
             let (wi, wr) = (load::<V>(self.wi, &here), load::<V>(self.wr, &here));
-            let value = self.function.at::<V, R>(wi, wr);
+            let value = at::<F, V, R>(self.function, wi, wr);
             for (to, value) in self.values.iter_mut().zip(value) {
                 to[here.clone()].copy_from_slice(&value.to_array().as_ref()[..here.len()]);
             }

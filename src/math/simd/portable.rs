@@ -197,6 +197,8 @@ impl Eight {
 }
 
 impl Row for Eight {
+    const IS_PORTABLE: bool = true;
+
     #[inline(always)]
     fn widen_i16(row: &[i16; 8]) -> Self {
         Self(row.map(f32::from))
