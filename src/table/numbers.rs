@@ -5,6 +5,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt;
 use core::ops::Deref;
+use core::panic::{RefUnwindSafe, UnwindSafe};
 
 use super::grid::PADDING;
 
@@ -34,6 +35,10 @@ pub(super) enum Lender {
         #[expect(dead_code, reason = "it is kept, not used")] Arc<dyn AsRef<[u8]> + Send + Sync>,
     ),
 }
+
+// What is never asked cannot be seen half changed.
+impl UnwindSafe for Lender {}
+impl RefUnwindSafe for Lender {}
 
 impl fmt::Debug for Lender {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
