@@ -83,5 +83,9 @@ pub mod render;
 pub mod report;
 #[cfg(feature = "scene")]
 pub mod scene;
+#[cfg(feature = "shader")]
+pub mod shader;
 #[cfg(feature = "report")]
 pub mod stress;
+#[cfg(feature = "shader")]
+pub mod volume;

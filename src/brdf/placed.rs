@@ -108,6 +108,20 @@ impl<R: Real> PlacedNodes<R> {
         self.count() * (1 + usize::from(self.is_stiff))
     }
 
+    /// The segments as numbers, the nodes and weights, and half the reach with what is stiff and wide: see [`crate::shader`].
+    #[cfg(feature = "shader")]
+    pub(crate) fn numbers(
+        &self,
+    ) -> (
+        impl ExactSizeIterator<Item = [R; 6]>,
+        &[[R; 2]],
+        (R, [bool; 3]),
+    ) {
+        let is = [self.is_stiff, self.surface_is_wide, self.volume_is_wide];
+        let arcs = self.segments.iter().map(Arc::numbers);
+        (arcs, &self.nodes, (self.half_reach, is))
+    }
+
     /// Mean S and V of the segments over the whole thread's length.
     #[inline(always)]
     pub fn mean_response<L: Lanes>(&self, pair: &ThreadPair<L>, optics: &Optics<L>) -> Response<L> {
