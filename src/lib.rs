@@ -34,7 +34,7 @@
 //! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
 //! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
 //! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
-//! [`scene`]. The tool uses only what is public here.
+//! [`scene`]; [`table`], [`lookup`] ← [`volume`] ← [`shader`]. The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -42,6 +42,7 @@
 //! |---|---|
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
+//! | `shader` | [`volume`]: a table as one 3D texture; [`shader`]: its lookup in WGSL, GLSL and HLSL |
 //! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
 //! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |

@@ -49,6 +49,24 @@ impl<'a> Lookup<'a> {
 
     /// ρ with other albedos, as [`Table::eval_cos_with`].
     pub fn eval_cos_with(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
+        self.weave(albedos, wi, wr, None)
+    }
+
+    /// ρ by direct integration: `n` midpoints of equal length along each thread, but for those whose direction changes along their
+    /// curve, of which tables hold no tangents.
+    ///
+    /// The thesis' rule, with the tilts of a thread first and then its segments from the lowest to the highest.
+    pub fn direct_cos(&self, wi: [f32; 3], wr: [f32; 3], n: u32) -> [f32; 3] {
+        self.weave(&[], wi, wr, Some(n.max(1)))
+    }
+
+    fn weave(
+        &self,
+        albedos: &[[f32; 3]],
+        wi: [f32; 3],
+        wr: [f32; 3],
+        midpoints: Option<u32>,
+    ) -> [f32; 3] {
         if !(wi[2] > 0.0 && wr[2] > 0.0) {
             return [0.0; 3];
         }
@@ -56,11 +74,58 @@ impl<'a> Lookup<'a> {
         let mut weave = Weave::new(splat(table.gap), wr[2], splat(table.rho_scale));
         let mut grids = self.volume.grids().iter().zip(&self.warps);
         for (index, thread) in table.threads().iter().enumerate() {
-            let response = self.thread_response(thread, &mut grids, wi, wr);
+            let looked_up = self.thread_response(thread, &mut grids, wi, wr);
+            let response = match (midpoints, &thread.segments) {
+                (None, _) | (_, Segments::Curve(_)) => looked_up,
+                (Some(n), _) => self.direct_response(thread, wi, wr, n),
+            };
             let albedo = albedos.get(index).unwrap_or(&thread.albedo);
             weave.add(splat(thread.coverage), albedo.map(Single), &response);
         }
         weave.rho().map(number)
+    }
+
+    fn direct_response(
+        &self,
+        thread: &ThreadTable,
+        wi: Vec3<Single>,
+        wr: Vec3<Single>,
+        n: u32,
+    ) -> ThreadResponse<Single> {
+        let frame = thread.frame.cast::<Single>();
+        let (wi, wr) = (frame.to_thread(wi), frame.to_thread(wr));
+        let pair = ThreadPair::new(wi, wr, splat(self.table.sigma_u));
+        let optics = thread.optics.cast::<Single>();
+        let tilts = thread.tangents().tilts().iter();
+        let segments = thread.tangents().segments().iter();
+        let mut parts = tilts
+            .map(|tilt| (tilt.angle, tilt.angle, tilt.weight))
+            .chain(segments.map(|s| (s.from, s.to, s.weight)));
+        let (mut low, mut up, mut start, mut end) = (0.0, 0.0, 0.0, 0.0);
+        let mut sum = ThreadResponse::zero();
+        for k in 0..n {
+            let place = (k as f32 + 0.5) / n as f32;
+            while place >= end {
+                let Some((from, to, weight)) = parts.next() else {
+                    break;
+                };
+                (low, up, start) = (from, to, end);
+                end += weight;
+            }
+            let share = ((place - start) / (end - start)).clamp(0.0, 1.0);
+            let (sin, cos) = (low + (up - low) * share).sin_cos();
+            let (cos, sin) = (Single(cos), Single(sin));
+            let projection = match self.table.reweighting() {
+                Reweighting::View => pair.projection(cos, sin),
+                Reweighting::Both => pair.visibility(cos, sin),
+            };
+            let response = ThreadResponse {
+                response: pair.response(&optics, cos, sin),
+                projection,
+            };
+            sum = sum.plus(Single(1.0 / n as f32), response);
+        }
+        sum
     }
 
     fn thread_response<'g>(

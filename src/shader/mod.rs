@@ -61,3 +61,10 @@ mod parameters;
 
 pub use lookup::{Filter, Lookup};
 pub use parameters::parameters;
+
+/// The functions in WGSL.
+pub const WGSL: &str = include_str!("lookup.wgsl");
+/// The functions in GLSL: ES 3.00 (WebGL 2), 3.30 and later.
+pub const GLSL: &str = include_str!("lookup.glsl");
+/// The functions in HLSL: shader model 4 and later.
+pub const HLSL: &str = include_str!("lookup.hlsl");
