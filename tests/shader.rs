@@ -23,10 +23,10 @@ const MIDPOINTS: u32 = 16;
 const TOLERANCE: f64 = 2e-3;
 
 const WGSL_BEFORE: &str = "
-@group(0) @binding(0) var<storage, read> parameters: array<vec4f>;
+@group(0) @binding(0) var<storage, read_write> parameters: array<vec4f>;
 @group(0) @binding(1) var volume: texture_3d<f32>;
 @group(0) @binding(2) var filtered: sampler;
-@group(0) @binding(3) var<storage, read> pairs: array<vec4f>;
+@group(0) @binding(3) var<storage, read_write> pairs: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> values: array<vec4f>;
 fn sateen_parameter(index: i32) -> vec4f { return parameters[index]; }
 fn sateen_volume(uvw: vec3f) -> vec4f { return textureSampleLevel(volume, filtered, uvw, 0.0); }
@@ -60,10 +60,10 @@ void main() {
     values[3u * k + 2u] = vec4(sateen_direct_cos(wi, wr, 16), 0.0);
 }";
 const HLSL_BEFORE: &str = "
-[[vk::binding(0, 0)]] StructuredBuffer<float4> parameters : register(t0);
+[[vk::binding(0, 0)]] RWStructuredBuffer<float4> parameters : register(u0);
 [[vk::binding(1, 0)]] Texture3D<float4> volume : register(t1);
 [[vk::binding(2, 0)]] SamplerState filtered : register(s2);
-[[vk::binding(3, 0)]] StructuredBuffer<float4> pairs : register(t3);
+[[vk::binding(3, 0)]] RWStructuredBuffer<float4> pairs : register(u3);
 [[vk::binding(4, 0)]] RWStructuredBuffer<float4> values : register(u4);
 float4 sateen_parameter(int index) { return parameters[index]; }
 float4 sateen_volume(float3 uvw) { return volume.SampleLevel(filtered, uvw, 0.0); }
@@ -155,21 +155,22 @@ impl Gpu {
     }
 
     fn layout(&self) -> wgpu::BindGroupLayout {
-        let buffer = |read_only: bool| wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only },
+        // What SPIR-V says of buffers that are only read gets lost on the way.
+        let buffer = || wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: false },
             has_dynamic_offset: false,
             min_binding_size: None,
         };
         let types = [
-            buffer(true),
+            buffer(),
             wgpu::BindingType::Texture {
                 sample_type: wgpu::TextureSampleType::Float { filterable: true },
                 view_dimension: wgpu::TextureViewDimension::D3,
                 multisampled: false,
             },
             wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-            buffer(true),
-            buffer(false),
+            buffer(),
+            buffer(),
         ];
         let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
             binding,
@@ -335,10 +336,11 @@ struct Case {
 
 impl Case {
     fn new(name: &str, fabric: Fabric, direct: Direct) -> Self {
+        let t0 = std::time::Instant::now();
         let settings = Settings {
-            max_bytes: 24 << 10,
+            max_bytes: 12 << 10,
             error_pairs: 16,
-            tolerance: 1e-3,
+            tolerance: 1e-2,
             direct,
             ..Preset::Draft.settings()
         };
@@ -348,6 +350,7 @@ impl Case {
             ..volume::Settings::default()
         };
         let volume = Volume::new(&table, &settings).expect("it fits");
+        say(&format!("{name} {:?} {}", t0.elapsed(), volume.bytes()));
         Self {
             name: name.to_owned(),
             fabric,
@@ -374,6 +377,9 @@ fn cases() -> Vec<Case> {
         direct("denim"),
         Direct::Always,
     ));
+    let read = |fabric: Fabric| {
+        Fabric::from_toml(&fabric.to_toml(), "changed.toml", None).expect("what was written")
+    };
     let mut stiff = direct("linen-plain");
     for thread in &mut stiff.threads {
         thread.optics.gamma_s = 0.2f64.to_radians();
@@ -381,7 +387,7 @@ fn cases() -> Vec<Case> {
     }
     cases.push(Case::new(
         "stiff linen, placed nodes",
-        stiff,
+        read(stiff),
         Direct::Always,
     ));
     for name in ["polka-dot-lining-pink", "corduroy"] {
@@ -389,7 +395,7 @@ fn cases() -> Vec<Case> {
         both.reweighting = Reweighting::Both;
         cases.push(Case::new(
             &format!("{name}, both"),
-            both,
+            read(both),
             Direct::Worthwhile,
         ));
     }
@@ -415,6 +421,12 @@ fn deviation(pairs: &[Pair], a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
         }
     }
     worst
+}
+
+/// Of eval_cos, eval and direct_cos.
+fn text(deviations: [f64; 3]) -> String {
+    let [cos, brdf, direct] = deviations.map(|x| format!("{x:.0e}"));
+    format!("{cos} {brdf} {direct}")
 }
 
 #[test]
@@ -481,9 +493,9 @@ fn shaders_compute_what_the_library_does() {
             let worst = deviations
                 .into_iter()
                 .fold(0.0, |a, b| if b <= a { a } else { b });
-            line += &format!("  {shader} {deviations:.1e?}");
+            line += &format!("  {shader} {}", text(deviations));
             if !(worst <= TOLERANCE) {
-                failures.push(format!("{}, {shader}: {deviations:.1e?}", case.name));
+                failures.push(format!("{}, {shader}: {}", case.name, text(deviations)));
             }
         }
         let eight = deviation(
