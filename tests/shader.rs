@@ -336,7 +336,6 @@ struct Case {
 
 impl Case {
     fn new(name: &str, fabric: Fabric, direct: Direct) -> Self {
-        let t0 = std::time::Instant::now();
         let settings = Settings {
             max_bytes: 12 << 10,
             error_pairs: 16,
@@ -350,7 +349,6 @@ impl Case {
             ..volume::Settings::default()
         };
         let volume = Volume::new(&table, &settings).expect("it fits");
-        say(&format!("{name} {:?} {}", t0.elapsed(), volume.bytes()));
         Self {
             name: name.to_owned(),
             fabric,

@@ -16,7 +16,7 @@ use crate::math::{Vec3, dot};
 use crate::table::{Grid, Segments, Table, ThreadTable};
 
 /// Pairs that lines go through.
-const PAIRS: u32 = 768;
+const PAIRS: u32 = 512;
 /// Nodes are multiples of 2 to the power of minus these, at the finest. What it takes to find them grows with that.
 const DEPTHS: [u32; 4] = [9, 7, 7, 7];
 /// How many halvings ahead a gain is looked for: half of a lobe within a cell gains nothing yet.
