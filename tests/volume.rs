@@ -130,6 +130,20 @@ fn budgets_that_cannot_be_met_are_refused() {
         Err(Error::TooLittle { allowed: 100, .. })
     ));
     assert!(matches!(of(MAX_BYTES + 1), Err(Error::TooMuch { .. })));
+    let shallow = |max_side| {
+        let settings = Settings {
+            max_side,
+            ..Settings::default()
+        };
+        Volume::new(&table, &settings).map(|volume| volume.size())
+    };
+    assert!(matches!(shallow(2), Err(Error::TooDeep { side: 2, .. })));
+    assert!(
+        shallow(256)
+            .expect("it fits")
+            .into_iter()
+            .all(|side| side <= 256)
+    );
 }
 
 #[test]
