@@ -34,7 +34,7 @@
 //! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`] ← `ffi`, and apart from these
 //! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
 //! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
-//! [`scene`]. The tool uses only what is public here.
+//! [`scene`]; [`table`], [`lookup`] ← [`volume`] ← [`shader`]. The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -44,6 +44,7 @@
 //! | `zstd` | loading of compressed tables, which is what `bake` writes |
 //! | `small` | less code, at the price of some speed |
 //! | `ffi` | `ffi`: the functions of `sateen.h`, for C and C++ (`scripts/capi.sh` builds the libraries) |
+//! | `shader` | [`volume`]: a table as one 3D texture; [`shader`]: its lookup in WGSL, GLSL and HLSL |
 //! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
 //! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
@@ -87,5 +88,9 @@ pub mod render;
 pub mod report;
 #[cfg(feature = "scene")]
 pub mod scene;
+#[cfg(feature = "shader")]
+pub mod shader;
 #[cfg(feature = "report")]
 pub mod stress;
+#[cfg(feature = "shader")]
+pub mod volume;

@@ -66,6 +66,14 @@ impl<R: Real> Optics<R> {
     }
 }
 
+#[cfg(feature = "shader")]
+impl Optics<f32> {
+    /// η² − 1, k_d, γ_s and γ_v.
+    pub(crate) fn numbers(&self) -> [f32; 4] {
+        [self.contrast, self.k_d, self.gamma_s, self.gamma_v]
+    }
+}
+
 /// Achromatic response of a thread: multiply `volume` by the albedo and add `surface`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Response<R> {

@@ -50,6 +50,14 @@ impl<R: Lanes> ThreadFrame<R> {
     }
 }
 
+#[cfg(feature = "shader")]
+impl ThreadFrame<f32> {
+    /// cos α and sin α.
+    pub(crate) fn numbers(&self) -> [f32; 2] {
+        [self.cos, self.sin]
+    }
+}
+
 impl<R: Real> ThreadFrame<R> {
     /// The same frame in another precision, or in every lane.
     pub fn cast<T: Lanes>(&self) -> ThreadFrame<T> {

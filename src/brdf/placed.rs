@@ -108,6 +108,25 @@ impl<R: Real> PlacedNodes<R> {
         self.count() * (1 + usize::from(self.is_stiff))
     }
 
+    /// The segments as numbers: see [`crate::shader`].
+    #[cfg(feature = "shader")]
+    pub(crate) fn arcs(&self) -> impl ExactSizeIterator<Item = [R; 6]> {
+        self.segments.iter().map(Arc::numbers)
+    }
+
+    /// Gauss–Legendre nodes and weights on \[−1, 1\].
+    #[cfg(feature = "shader")]
+    pub(crate) fn nodes(&self) -> &[[R; 2]] {
+        &self.nodes
+    }
+
+    /// c/2; whether there is a stiff lobe, and whether that of the surface or the volume is wide beside it.
+    #[cfg(feature = "shader")]
+    pub(crate) fn numbers(&self) -> (R, [bool; 3]) {
+        let is = [self.is_stiff, self.surface_is_wide, self.volume_is_wide];
+        (self.half_reach, is)
+    }
+
     /// Mean S and V of the segments over the whole thread's length.
     #[inline(always)]
     pub fn mean_response<L: Lanes>(&self, pair: &ThreadPair<L>, optics: &Optics<L>) -> Response<L> {

@@ -93,6 +93,13 @@ impl<R: Real> Arc<R> {
         }
     }
 
+    /// cos and sin of the ends, the tangent of half the width and the density.
+    #[cfg(feature = "shader")]
+    pub(super) fn numbers(&self) -> [R; 6] {
+        let ([a, b], [c, d]) = (self.from, self.to);
+        [a, b, c, d, self.half_tangent, self.density]
+    }
+
     /// ∫ max(cos(ψ + δ), 0) dδ. With a and b the ends within ±90° it is tan((b−a)/2) (cos a + cos b), a product of sums.
     ///
     /// For arcs up to 90° wide.

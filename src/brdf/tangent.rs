@@ -178,6 +178,12 @@ impl<R: Real> TangentCurve<R> {
         &self.segments
     }
 
+    /// The segments in parts of at most 90°, as numbers: see [`crate::shader`].
+    #[cfg(feature = "shader")]
+    pub(crate) fn arcs(&self) -> impl ExactSizeIterator<Item = [R; 6]> {
+        self.arcs.iter().map(Arc::numbers)
+    }
+
     /// Whether the segments hold tilts δ and −δ equally, so that they look the same from both ends of the thread.
     pub fn segments_are_symmetric(&self) -> bool {
         let tolerance = R::of(1e-6);

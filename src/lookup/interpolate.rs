@@ -25,7 +25,12 @@ pub(super) fn value<V: Vector, R: Row>(
     wi: Vec3<V>,
     wr: Vec3<V>,
 ) -> Found<V> {
-    let u = grid.coordinates.of(wi, wr);
+    at::<V, R>(grid, is_partial, grid.coordinates.of(wi, wr))
+}
+
+/// The value at points of the box.
+#[inline(always)]
+pub(super) fn at<V: Vector, R: Row>(grid: &Grid, is_partial: bool, u: [V; 4]) -> Found<V> {
     let [a0, a1, a2, a3] = &grid.axes;
     let first = [
         a0.first(u[0]),

@@ -9,6 +9,10 @@
 mod batch;
 mod interpolate;
 mod kernel;
+#[cfg(feature = "shader")]
+mod points;
 mod scalar;
 
 pub use batch::Quantity;
+#[cfg(feature = "shader")]
+pub(crate) use points::roots;
