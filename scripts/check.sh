@@ -38,27 +38,17 @@ names_none_of() {
         fi
     done
 }
-<<<<<<< HEAD
-names_none_of "src/math src/needs" brdf chart table lookup fabric model metrics fit bake progress report stress render scene
-names_none_of "src/brdf src/chart" table lookup fabric model metrics fit bake progress report stress render scene
-names_none_of "src/table" lookup fabric model metrics fit bake progress report stress render scene
-names_none_of "src/lookup src/table src/brdf src/chart src/math src/needs" ffi
-names_none_of "src/ffi" fabric pattern model metrics fit bake progress report stress render scene
-names_none_of "src/lookup" fabric model metrics fit bake progress report stress render scene
-names_none_of "src/fabric" pattern chart table lookup model metrics fit bake progress report stress render scene
-names_none_of "src/pattern" chart table lookup model metrics fit bake progress report stress render scene
-names_none_of "src/model" chart table lookup metrics fit bake progress report stress render scene
-=======
 names_none_of "src/math src/needs" brdf chart table lookup fabric model metrics fit bake progress report stress render scene volume shader
 names_none_of "src/brdf src/chart" table lookup fabric model metrics fit bake progress report stress render scene volume shader
 names_none_of "src/table" lookup fabric model metrics fit bake progress report stress render scene volume shader
+names_none_of "src/lookup src/table src/brdf src/chart src/math src/needs src/volume src/shader" ffi
+names_none_of "src/ffi" fabric pattern model metrics fit bake progress report stress render scene volume shader
 names_none_of "src/lookup" fabric model metrics fit bake progress report stress render scene volume shader
 names_none_of "src/volume" fabric model metrics fit bake progress report stress render scene shader
 names_none_of "src/shader" fabric model metrics fit bake progress report stress render scene
 names_none_of "src/fabric" pattern chart table lookup model metrics fit bake progress report stress render scene volume shader
 names_none_of "src/pattern" chart table lookup model metrics fit bake progress report stress render scene volume shader
 names_none_of "src/model" chart table lookup metrics fit bake progress report stress render scene volume shader
->>>>>>> gpu
 names_none_of "src/metrics" fit bake report stress render scene
 names_none_of "src/fit" chart table lookup bake report stress render scene
 names_none_of "src/bake" fit report stress render scene
