@@ -7,7 +7,7 @@ use sateen::bake::{Adapted, Preset, Provenance, Scope, bake_as_promised};
 use sateen::fabric::{Fabric, LIBRARY};
 use sateen::model::{Rule, Sadeghi};
 use sateen::progress::Progress;
-use sateen::render::{Cloth, Light, Shape, View, compare, render};
+use sateen::render::{Cloth, Light, Missing, Shape, View, compare, render};
 use sateen::table::Table;
 
 /// `scripts/baseline.py` writes it.
@@ -110,7 +110,11 @@ fn flip(fabric: &Fabric, table: Table) -> f64 {
         repeats: 1.0,
     };
     let direct = Sadeghi::new(fabric, Rule::Quadrature(24));
-    let [table, direct] = [Cloth::table(table, Vec::new()), Cloth::direct(direct)].map(|cloth| {
+    let [table, direct] = [
+        Cloth::table(table, Vec::new(), Missing::Nearest),
+        Cloth::direct(direct),
+    ]
+    .map(|cloth| {
         render(&Shape::Sphere, &cloth, &view, Progress::silent()).expect("nobody stops it")
     });
     compare(&table, &direct, 0.0).flip_mean

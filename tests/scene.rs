@@ -17,7 +17,7 @@ use sateen::fabric::{Fabric, Lambert};
 use sateen::model::{Rule, Sadeghi};
 use sateen::needs::Needs;
 use sateen::progress::Progress;
-use sateen::render::{Cloth, Mesh};
+use sateen::render::{Cloth, Mesh, Missing};
 use sateen::scene::{
     Albedo, CameraPath, Lens, LightPose, LightSource, Pose, Scene, SceneError, Stage,
 };
@@ -281,7 +281,8 @@ fn pictures_with_what_is_needed_are_those_with_everything() {
         let [full, part] = tables(&scene, &needs);
         let stage = Stage::new(&scene);
         let take = |tables: &BTreeMap<String, Arc<Table>>, pose: &Pose| {
-            let cloth = |table: &Arc<Table>| Cloth::shared(Arc::clone(table), Vec::new());
+            let cloth =
+                |table: &Arc<Table>| Cloth::table(Arc::clone(table), Vec::new(), Missing::Nearest);
             let cloths = tables
                 .iter()
                 .map(|(name, table)| (name.clone(), cloth(table)));
@@ -407,6 +408,49 @@ fn the_tool_explains_bakes_and_proves_a_scene() {
     sateen(&[&eval[..], &["--strict"]].concat())
         .failure()
         .code(1);
+    // The same in pictures, of a table and of a pattern.
+    let sphere = |subject: &str, more: &[&str]| {
+        let fixed = [
+            "render",
+            "sphere",
+            subject,
+            "--size",
+            "16",
+            "--samples",
+            "1",
+        ];
+        sateen(&[&fixed[..], &["--light-deg", "50"], more].concat())
+    };
+    sphere("asked.sateen", &["-o", "nearest.png"])
+        .success()
+        .stderr(predicates::str::contains("pairs were not baked"));
+    sphere("asked.sateen", &["-o", "none.png", "--strict"])
+        .failure()
+        .code(1);
+    sphere("denim", &["-o", "none.png", "--strict"])
+        .failure()
+        .code(2);
+    assert!(!path("none.png").exists());
+    let material = |name: &str| format!("[[material]]\nname = \"{name}\"\nfabric = \"denim\"\n");
+    let stripes = "[stripes]\nmaterials = [\"a\", \"b\"]\nwidths = [0.1, 0.1]\n";
+    let pattern = format!(
+        "name = \"stripes\"\n{}{}{stripes}",
+        material("a"),
+        material("b")
+    );
+    fs::write(path("stripes.toml"), pattern).unwrap();
+    fs::create_dir(path("stripes")).unwrap();
+    fs::copy(path("asked.sateen"), path("stripes/denim.sateen")).unwrap();
+    sphere("asked.sateen", &["-o", "magenta.png", "--show-missing"]).success();
+    let tables = ["--tables", "stripes", "--show-missing"];
+    sphere(
+        "stripes.toml",
+        &[&["-o", "striped.png"], &tables[..]].concat(),
+    )
+    .success();
+    let pixels = |name: &str| image::open(path(name)).unwrap().to_rgb8().into_raw();
+    assert_ne!(pixels("magenta.png"), pixels("nearest.png"));
+    assert_eq!(pixels("magenta.png"), pixels("striped.png"));
     sateen(&[
         "record",
         "pairs.csv",

@@ -13,7 +13,17 @@ use crate::table::Table;
 /// ρ of pairs: wi, wr, and where r, g and b go, all of the same length.
 pub type Evaluate = dyn Fn([&[f32]; 3], [&[f32]; 3], [&mut [f32]; 3]) + Send + Sync;
 
-/// ρ that shows what a table lacks: magenta.
+/// What is seen where a table was not baked for a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Missing {
+    /// The nearest value, as lookups have it.
+    #[default]
+    Nearest,
+    /// [`MISSING`].
+    Magenta,
+}
+
+/// ρ that shows what a table lacks.
 pub const MISSING: [f32; 3] = [1.0, 0.0, 1.0];
 
 /// A cloth and a way to evaluate it.
@@ -28,35 +38,17 @@ pub enum Cloth {
 /// A fabric of a pattern, which dyes it.
 pub enum Swatch {
     /// A table.
-    Table(Box<Table>),
+    Table(Arc<Table>, Missing),
     /// The microcylinder model by direct integration.
     Direct(Box<Sadeghi<f32>>),
 }
 
 impl Cloth {
     /// A table, and the albedos to use it with, as [`Table::eval_cos_with`] takes them: none are the table's own.
-    pub fn table(table: Table, albedos: Vec<[f32; 3]>) -> Self {
-        Self::shared(Arc::new(table), albedos)
-    }
-
-    /// The same of a table that others use, too.
-    pub fn shared(table: Arc<Table>, albedos: Vec<[f32; 3]>) -> Self {
+    pub fn table(table: impl Into<Arc<Table>>, albedos: Vec<[f32; 3]>, missing: Missing) -> Self {
+        let table = table.into();
         Self::Even(Arc::new(move |wi, wr, rho| {
-            lookup(&table, &albedos, wi, wr, rho);
-        }))
-    }
-
-    /// The same, with [`MISSING`] where the table was not baked.
-    pub fn tinted(table: Arc<Table>, albedos: Vec<[f32; 3]>) -> Self {
-        Self::Even(Arc::new(move |wi, wr, rho| {
-            let [r, g, b] = rho;
-            lookup(&table, &albedos, wi, wr, [r, g, b]);
-            for (index, ((r, g), b)) in r.iter_mut().zip(g).zip(b).enumerate() {
-                let [wi, wr] = [wi, wr].map(|w| w.map(|w| w[index]));
-                if !table.is_baked(wi, wr) {
-                    [*r, *g, *b] = MISSING;
-                }
-            }
+            lookup(&table, missing, &albedos, wi, wr, rho);
         }))
     }
 
@@ -183,13 +175,14 @@ impl<'a> Pairs<'a> {
         for ((bake, bits), indices) in alike {
             let albedos: Vec<[f32; 3]> = bits.iter().map(|bits| bits.map(f32::from_bits)).collect();
             match &swatches[bake] {
-                Swatch::Table(table) => {
+                Swatch::Table(table, missing) => {
                     let some = |all: &Vec<f32>| indices.iter().map(|index| all[*index]).collect();
                     let [wi, wr]: [[Vec<f32>; 3]; 2] =
                         [&self.wi, &self.wr].map(|w| w.each_ref().map(some));
                     let mut found = [(); 3].map(|()| vec![0.0; indices.len()]);
                     lookup(
                         table,
+                        *missing,
                         &albedos,
                         wi.each_ref().map(Vec::as_slice),
                         wr.each_ref().map(Vec::as_slice),
@@ -224,10 +217,20 @@ fn set(colours: &mut [Vec<f32>; 3], index: usize, colour: [f32; 3]) {
 /// ρ of a table for all pairs.
 fn lookup(
     table: &Table,
+    missing: Missing,
     albedos: &[[f32; 3]],
     wi: [&[f32]; 3],
     wr: [&[f32]; 3],
-    rho: [&mut [f32]; 3],
+    [r, g, b]: [&mut [f32]; 3],
 ) {
-    table.eval_batch_at(Level::detect(), albedos, Quantity::Rho, wi, wr, rho);
+    let level = Level::detect();
+    table.eval_batch_at(level, albedos, Quantity::Rho, wi, wr, [r, g, b]);
+    if missing == Missing::Magenta {
+        for (index, ((r, g), b)) in r.iter_mut().zip(g).zip(b).enumerate() {
+            let [wi, wr] = [wi, wr].map(|w| w.map(|w| w[index]));
+            if !table.is_baked(wi, wr) {
+                [*r, *g, *b] = MISSING;
+            }
+        }
+    }
 }

@@ -25,7 +25,7 @@ mod shape;
 #[cfg(feature = "scene")]
 pub(crate) use cloth::Pairs;
 use cloth::Points;
-pub use cloth::{Cloth, Evaluate, MISSING, Swatch};
+pub use cloth::{Cloth, Evaluate, MISSING, Missing, Swatch};
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;

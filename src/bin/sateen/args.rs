@@ -321,6 +321,17 @@ pub(crate) enum SceneArg {
     Scene(StageArgs),
 }
 
+/// What happens to pairs that tables were not baked for.
+#[derive(clap::Args)]
+pub(crate) struct MissingArgs {
+    /// Show in magenta where tables lack pairs.
+    #[arg(long)]
+    pub(crate) show_missing: bool,
+    /// Fail where tables lack pairs, rather than take the nearest value.
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
 /// How a picture of a scene is taken.
 #[derive(clap::Args)]
 pub(crate) struct StageArgs {
@@ -343,12 +354,8 @@ pub(crate) struct StageArgs {
     /// The first of the seeds that draw them.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "draws")]
     pub(crate) seed: u64,
-    /// Show in magenta where tables lack pairs.
-    #[arg(long, requires = "tables")]
-    pub(crate) show_missing: bool,
-    /// Fail where tables lack pairs, rather than take the nearest value.
-    #[arg(long, requires = "tables")]
-    pub(crate) strict: bool,
+    #[command(flatten)]
+    pub(crate) missing: MissingArgs,
     /// Write the pairs that the pictures ask for, by cloth, into this folder, as recordings for `bake --needs`.
     #[arg(long, value_name = "DIR")]
     pub(crate) record: Option<PathBuf>,
@@ -435,6 +442,8 @@ pub(crate) struct PictureArgs {
     /// The folder of the tables that a pattern is evaluated with: what `bake PATTERN -o DIR` wrote.
     #[arg(long, value_name = "DIR")]
     pub(crate) tables: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) missing: MissingArgs,
     /// Which model of the fabric, as `eval` has them.
     #[arg(long, default_value = SADEGHI, value_parser = evaluated_model(), conflicts_with = "compare")]
     pub(crate) model: ::std::option::Option<ModelKind>,

@@ -49,6 +49,8 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
             .collect::<Result<Vec<Look>>>()?,
         None => vec![sitter.only_look()?],
     };
+    let tables: Vec<Arc<Table>> = looks.iter().flat_map(|look| look.tables.clone()).collect();
+    args.missing.check(&tables)?;
     let output = Output::prepare(&args.output)?;
     let beside = |extension: &str| Output::prepare(&args.output.with_extension(extension));
     let curve_files = match (of, &args.compare) {
@@ -99,7 +101,13 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
         Format::Exr => file.exr()?,
     };
     go_on()?;
+    let misses = args.missing.count(&tables)?;
     output.write(&bytes)?;
+    if misses > 0 {
+        say(&format!(
+            "{misses} pairs were not baked, and have the nearest value; --show-missing shows where"
+        ));
+    }
     if let (Some((csv, svg)), Some(drawn)) = (curve_files, drawn) {
         let title = format!("{}, {}", sitter.name(), looks[0].name);
         csv.write(curves_csv(&drawn).as_bytes())?;
@@ -147,6 +155,8 @@ struct Look {
     /// The evaluator.
     name: String,
     cloth: Cloth,
+    /// What it looks up.
+    tables: Vec<Arc<Table>>,
 }
 
 impl<'a> Sitter<'a> {
@@ -200,9 +210,15 @@ impl<'a> Sitter<'a> {
 
     fn look(&self, how: &Compared) -> Result<Look> {
         let subject = &self.args.subject;
+        let missing = self.args.missing.shown();
+        let mut tables = Vec::new();
         let (name, cloth) = match (how, &self.cloth, &self.fabric) {
             (Compared::Evaluator(evaluator), Subject::Pattern(pattern), _) => {
                 let swatches = self.swatches(pattern, *evaluator)?;
+                tables.extend(swatches.iter().filter_map(|swatch| match swatch {
+                    Swatch::Table(table, _) => Some(Arc::clone(table)),
+                    Swatch::Direct(_) => None,
+                }));
                 let cloth = Cloth::Pattern(Arc::new(Pattern::clone(pattern)), swatches.into());
                 (evaluator_name(*evaluator), cloth)
             }
@@ -213,8 +229,9 @@ impl<'a> Sitter<'a> {
                 return Err(Usage(message).into());
             }
             (Compared::Evaluator(Evaluator::Table), Subject::Table(table), _) => {
-                let cloth = Cloth::table(*table.clone(), Vec::new());
-                ("table".to_owned(), cloth)
+                let table = Arc::new(Table::clone(table));
+                tables.push(Arc::clone(&table));
+                ("table".to_owned(), Cloth::table(table, Vec::new(), missing))
             }
             (Compared::Evaluator(Evaluator::Table), Subject::Fabric(_), _) => {
                 let message = format!(
@@ -235,10 +252,18 @@ impl<'a> Sitter<'a> {
                 let threads = fabric.visible_threads();
                 let albedos = threads.map(|thread| single(thread.albedo)).collect();
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                (format!("table {stem}"), Cloth::table(*table, albedos))
+                tables.push(Arc::clone(&table));
+                (
+                    format!("table {stem}"),
+                    Cloth::table(table, albedos, missing),
+                )
             }
         };
-        Ok(Look { name, cloth })
+        Ok(Look {
+            name,
+            cloth,
+            tables,
+        })
     }
 
     /// A table or model for every fabric that a pattern needs.
@@ -249,7 +274,8 @@ impl<'a> Sitter<'a> {
             }
             (Evaluator::Table, Some(folder)) => {
                 let path = folder.join(format!("{}.sateen", fabric.name));
-                table_of(fabric, &path).map(Swatch::Table)
+                let missing = self.args.missing.shown();
+                table_of(fabric, &path).map(|table| Swatch::Table(table, missing))
             }
             (Evaluator::Table, None) => {
                 let message = format!(
@@ -283,7 +309,7 @@ impl<'a> Sitter<'a> {
 }
 
 /// A table of a fabric that is dyed in any way.
-pub(crate) fn table_of(fabric: &Fabric, path: &Path) -> Result<Box<Table>> {
+pub(crate) fn table_of(fabric: &Fabric, path: &Path) -> Result<Arc<Table>> {
     let (table, _) = load_table(path)?;
     let (_, baked) = provenance(&table, path)?;
     if !baked.is_dyed_like(fabric) {
@@ -294,7 +320,7 @@ pub(crate) fn table_of(fabric: &Fabric, path: &Path) -> Result<Box<Table>> {
             fabric.name
         );
     }
-    Ok(Box::new(table))
+    Ok(Arc::new(table))
 }
 
 /// Another model with the parameters that the fabric's file has, or that its threads stand for.

@@ -9,13 +9,13 @@ use sateen::fabric::Fabric;
 use sateen::model::{Rule, Sadeghi};
 use sateen::needs::Needs;
 use sateen::progress::Progress;
-use sateen::render::{Cloth, Display, Layer, Picture, Swatch, to_exr};
+use sateen::render::{Cloth, Display, Layer, Missing, Picture, Swatch, to_exr};
 use sateen::scene::{Material, Pose, Scene, Stage};
 use sateen::table::Table;
 use serde_json::json;
 
 use crate::Outcome;
-use crate::args::StageArgs;
+use crate::args::{MissingArgs, StageArgs};
 use crate::output::{Bar, Output, Usage, print, print_json, use_threads};
 use crate::render::{Format, table_of};
 use crate::scene::load_scene;
@@ -27,9 +27,10 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
     use_threads(args.jobs)?;
     let format = Format::of(&args.output)?;
     let scene = load_scene(&args.scene)?;
-    let wardrobe = Wardrobe::load(&scene, args.tables.as_deref(), args.show_missing)?;
+    let wardrobe = Wardrobe::load(&scene, args.tables.as_deref(), args.missing.shown())?;
+    args.missing.check(&wardrobe.tables)?;
     let other = match &args.against {
-        Some(folder) => Some(Wardrobe::load(&scene, Some(folder), false)?),
+        Some(folder) => Some(Wardrobe::load(&scene, Some(folder), Missing::Nearest)?),
         None => None,
     };
     let output = Output::prepare(&args.output)?;
@@ -72,12 +73,7 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
     }
     drop(bar);
     let picture = last.context("no picture was taken")?;
-    let misses = wardrobe.misses();
-    if args.strict && misses > 0 {
-        bail!(
-            "{misses} pairs were asked of tables that were not baked for them; bake them for this scene, or without --scene"
-        );
-    }
+    let misses = args.missing.count(&wardrobe.tables)?;
     output.write(&encode(&picture, format, &scene, args)?)?;
     if let Some(folder) = &args.record {
         for (cloth, needs) in &recorded {
@@ -86,7 +82,7 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
             Output::prepare(&path)?.write(&needs.to_bytes())?;
         }
     }
-    let of_other = other.as_ref().map(Wardrobe::misses);
+    let of_other = other.as_ref().map(|other| misses_of(&other.tables));
     if args.json {
         print_json(&json!({
             "scene": scene.name,
@@ -137,52 +133,41 @@ fn encode(picture: &Picture, format: Format, scene: &Scene, args: &StageArgs) ->
 /// What the objects of a scene wear, by the name of the cloth.
 struct Wardrobe {
     cloths: BTreeMap<String, Cloth>,
-    /// Tables of fabrics …
     tables: Vec<Arc<Table>>,
-    /// … and of patterns.
-    swatches: Vec<Arc<[Swatch]>>,
 }
 
 impl Wardrobe {
-    fn load(scene: &Scene, tables: Option<&Path>, shows_missing: bool) -> Result<Self> {
+    fn load(scene: &Scene, tables: Option<&Path>, missing: Missing) -> Result<Self> {
         let mut wardrobe = Self {
             cloths: BTreeMap::new(),
             tables: Vec::new(),
-            swatches: Vec::new(),
         };
         for object in &scene.objects {
             if wardrobe.cloths.contains_key(&object.cloth) {
                 continue;
             }
+            let mut table_in = |folder: &Path, fabric: &Fabric| {
+                let table = table_of(fabric, &folder.join(format!("{}.sateen", fabric.name)))?;
+                wardrobe.tables.push(Arc::clone(&table));
+                Ok(table)
+            };
             let cloth = match (&object.material, tables) {
                 (Material::Fabric(fabric), None) => Cloth::direct(Sadeghi::new(fabric, RULE)),
                 (Material::Fabric(fabric), Some(folder)) => {
-                    let table = Arc::new(*table_in(folder, fabric)?);
-                    wardrobe.tables.push(Arc::clone(&table));
+                    let table = table_in(folder, fabric)?;
                     let single = |albedo: [f64; 3]| albedo.map(|channel| channel as f32);
                     let threads = fabric.visible_threads();
                     let albedos = threads.map(|thread| single(thread.albedo)).collect();
-                    if shows_missing {
-                        Cloth::tinted(table, albedos)
-                    } else {
-                        Cloth::shared(table, albedos)
-                    }
-                }
-                (Material::Pattern(_), Some(_)) if shows_missing => {
-                    let message = format!(
-                        "--show-missing is for fabrics, but {} is a pattern",
-                        object.cloth
-                    );
-                    return Err(Usage(message).into());
+                    Cloth::table(table, albedos, missing)
                 }
                 (Material::Pattern(pattern), tables) => {
                     let swatch = |fabric: &Fabric| match tables {
                         None => Ok(Swatch::Direct(Box::new(Sadeghi::new(fabric, RULE)))),
-                        Some(folder) => table_in(folder, fabric).map(Swatch::Table),
+                        Some(folder) => {
+                            table_in(folder, fabric).map(|table| Swatch::Table(table, missing))
+                        }
                     };
-                    let swatches: Arc<[Swatch]> =
-                        pattern.bakes().map(swatch).collect::<Result<_>>()?;
-                    wardrobe.swatches.push(Arc::clone(&swatches));
+                    let swatches = pattern.bakes().map(swatch).collect::<Result<_>>()?;
                     Cloth::Pattern(Arc::clone(pattern), swatches)
                 }
             };
@@ -190,19 +175,39 @@ impl Wardrobe {
         }
         Ok(wardrobe)
     }
+}
 
-    /// Pairs that the tables were not baked for.
-    fn misses(&self) -> usize {
-        let of_swatch = |swatch: &Swatch| match swatch {
-            Swatch::Table(table) => table.misses(),
-            Swatch::Direct(_) => 0,
-        };
-        let of_tables = self.tables.iter().map(|table| table.misses());
-        let of_patterns = self.swatches.iter().flat_map(|swatches| swatches.iter());
-        of_tables.chain(of_patterns.map(of_swatch)).sum()
+impl MissingArgs {
+    /// What pictures show.
+    pub(crate) fn shown(&self) -> Missing {
+        if self.show_missing {
+            Missing::Magenta
+        } else {
+            Missing::Nearest
+        }
+    }
+
+    /// Complains if there are no tables that could lack anything.
+    pub(crate) fn check(&self, tables: &[Arc<Table>]) -> Result<()> {
+        if (self.show_missing || self.strict) && tables.is_empty() {
+            let message = "--show-missing and --strict are for tables, and none is looked up; render a table, or give --tables DIR";
+            return Err(Usage(message.to_owned()).into());
+        }
+        Ok(())
+    }
+
+    /// How many pairs the tables were not baked for; an error if there are any and `--strict` is given.
+    pub(crate) fn count(&self, tables: &[Arc<Table>]) -> Result<usize> {
+        let misses = misses_of(tables);
+        if self.strict && misses > 0 {
+            bail!(
+                "{misses} pairs were asked of tables that were not baked for them; bake them for this scene, or without --scene"
+            );
+        }
+        Ok(misses)
     }
 }
 
-fn table_in(folder: &Path, fabric: &Fabric) -> Result<Box<Table>> {
-    table_of(fabric, &folder.join(format!("{}.sateen", fabric.name)))
+fn misses_of(tables: &[Arc<Table>]) -> usize {
+    tables.iter().map(|table| table.misses()).sum()
 }
