@@ -432,7 +432,7 @@ fn the_tool_explains_bakes_and_proves_a_scene() {
         .code(2);
     assert!(!path("none.png").exists());
     let material = |name: &str| format!("[[material]]\nname = \"{name}\"\nfabric = \"denim\"\n");
-    let stripes = "[stripes]\nmaterials = [\"a\", \"b\"]\nwidths = [0.1, 0.1]\n";
+    let stripes = "[stripes]\nmaterials = [\"a\", \"b\"]\nwidths = [0.1, 0.1]\nacross_deg = 90\n";
     let pattern = format!(
         "name = \"stripes\"\n{}{}{stripes}",
         material("a"),
