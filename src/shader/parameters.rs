@@ -81,11 +81,14 @@ fn thread_record<'a>(
             1.0
         }
         Segments::Direct(direct) => {
-            let (arcs, rule, (half_reach, [is_stiff, surface, volume])) = direct.numbers();
-            segments = push_arcs(array, arcs);
+            let (half_reach, [is_stiff, surface, volume]) = direct.numbers();
+            segments = push_arcs(array, direct.arcs());
             nodes = push(
                 array,
-                rule.iter().map(|[node, weight]| [*node, *weight, 0.0, 0.0]),
+                direct
+                    .nodes()
+                    .iter()
+                    .map(|[node, weight]| [*node, *weight, 0.0, 0.0]),
             );
             placed = [half_reach, flag(is_stiff), flag(surface), flag(volume)];
             2.0
