@@ -67,6 +67,8 @@ mod lookup;
 mod parameters;
 
 pub use lookup::{Filter, Lookup};
+#[cfg(feature = "export")]
+pub(crate) use parameters::grid_places;
 pub use parameters::parameters;
 
 /// The functions in WGSL.

@@ -195,6 +195,18 @@ impl Volume {
         halves.flat_map(|half| half.to_le_bytes()).collect()
     }
 
+    /// The same with other texels, x fastest, then y: those that were read from a file, or that a smaller format keeps. None unless there are
+    /// as many.
+    pub fn with_texels(&self, texels: impl IntoIterator<Item = [u16; 4]>) -> Option<Self> {
+        let halves = |texel: [u16; 4]| texel.map(f16::from_bits);
+        let texels: Vec<[f16; 4]> = texels.into_iter().map(halves).collect();
+        (texels.len() == self.texels.len()).then(|| Self {
+            size: self.size,
+            texels,
+            grids: self.grids.clone(),
+        })
+    }
+
     /// Bytes of texels.
     pub fn bytes(&self) -> usize {
         TEXEL_BYTES * self.texels.len()
