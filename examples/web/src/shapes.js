@@ -50,7 +50,7 @@ function geometryOf(...sheets) {
 function sphere() {
   const RADIUS = 0.96;
   return geometryOf(
-    sheet(160, 192, (u, v) => {
+    sheet(64, 96, (u, v) => {
       const [theta, phi] = [Math.PI * u, 2 * Math.PI * v];
       const [sin, cos] = [Math.sin(theta), Math.cos(theta)];
       const [c, s] = [Math.cos(phi), Math.sin(phi)];
@@ -67,7 +67,7 @@ function cylinders() {
   const turns = [Math.PI / 2, 0, Math.PI / 4];
   return geometryOf(
     ...turns.map((turn, index) =>
-      sheet(1, 192, (u, v) => {
+      sheet(1, 128, (u, v) => {
         const angle = Math.PI * (2 * v - 1);
         const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
         const [around, up] = [Math.cos(turn), Math.sin(turn)];
@@ -104,7 +104,7 @@ function curtain() {
   const [sin, cos] = [Math.sin(FROM_ABOVE), Math.cos(FROM_ABOVE)];
   const tilted = ([x, y, z]) => [x, cos * y - sin * z, sin * y + cos * z];
   const slope = (a, b) => tilted(b.map((x, k) => (x - a[k]) / 1e-4));
-  const cloth = sheet(80, 560, (u, s) => {
+  const cloth = sheet(40, 320, (u, s) => {
     const warp = slope(at(u - 5e-5, s), at(u + 5e-5, s));
     const weft = slope(at(u, s - 5e-5), at(u, s + 5e-5));
     return { position: tilted(at(u, s)), normal: unit(cross(warp, weft)), warp };
