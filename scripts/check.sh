@@ -9,7 +9,7 @@ for component in rustfmt clippy; do
     cargo "${component/rustfmt/fmt}" --version >/dev/null 2>&1 || rustup component add "$component"
 done
 cargo fmt --check
-for layer in libm std zstd shader bake render scene report cli; do
+for layer in libm std zstd shader bake render scene report export cli; do
     echo "layer $layer"
     cargo clippy --locked --quiet --lib --bins --no-default-features --features "$layer" -- -D warnings
 done
@@ -38,18 +38,20 @@ names_none_of() {
         fi
     done
 }
-names_none_of "src/math src/needs" brdf chart table lookup fabric model metrics fit bake progress report stress render scene volume shader
-names_none_of "src/brdf src/chart" table lookup fabric model metrics fit bake progress report stress render scene volume shader
-names_none_of "src/table" lookup fabric model metrics fit bake progress report stress render scene volume shader
-names_none_of "src/lookup" fabric model metrics fit bake progress report stress render scene volume shader
-names_none_of "src/volume" fabric model metrics fit bake progress report stress render scene shader
-names_none_of "src/shader" fabric model metrics fit bake progress report stress render scene
-names_none_of "src/fabric" pattern chart table lookup model metrics fit bake progress report stress render scene volume shader
-names_none_of "src/pattern" chart table lookup model metrics fit bake progress report stress render scene volume shader
-names_none_of "src/model" chart table lookup metrics fit bake progress report stress render scene volume shader
-names_none_of "src/metrics" fit bake report stress render scene
-names_none_of "src/fit" chart table lookup bake report stress render scene
-names_none_of "src/bake" fit report stress render scene
-names_none_of "src/render" bake fit report stress scene
-names_none_of "src/scene" bake fit report stress
-names_none_of "src/report" stress scene
+names_none_of "src/math src/needs" brdf chart table lookup fabric model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/brdf src/chart" table lookup fabric model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/table" lookup fabric model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/lookup" fabric model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/volume" fabric model metrics fit bake progress report stress render scene shader export
+names_none_of "src/shader" fabric model metrics fit bake progress report stress render scene export
+names_none_of "src/fabric" pattern chart table lookup model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/pattern" chart table lookup model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/model" chart table lookup metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/metrics" fit bake report stress render scene export
+names_none_of "src/fit" chart table lookup bake report stress render scene export
+names_none_of "src/bake" fit report stress render scene export
+names_none_of "src/render" bake fit report stress scene export
+names_none_of "src/scene" bake fit report stress export
+names_none_of "src/report" stress scene export
+names_none_of "src/stress" export
+names_none_of "src/export" fit report stress render scene

@@ -34,7 +34,8 @@
 //! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`], and apart from these
 //! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
 //! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
-//! [`scene`]; [`table`], [`lookup`] ← [`volume`] ← [`shader`]. The tool uses only what is public here.
+//! [`scene`]; [`table`], [`lookup`] ← [`volume`] ← [`shader`]; [`shader`], [`mod@bake`] ←
+//! [`export`]. The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -47,6 +48,7 @@
 //! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
+//! | `export` | [`export`]: a table's volume and parameters as KTX2, DDS, EXR and plain bytes, for engines |
 //! | `cli` | the tool; the default |
 //!
 //! The core without features is `no_std` and needs `alloc`.
@@ -66,6 +68,8 @@ pub mod table;
 
 #[cfg(feature = "bake")]
 pub mod bake;
+#[cfg(feature = "export")]
+pub mod export;
 #[cfg(feature = "bake")]
 pub mod fabric;
 #[cfg(feature = "bake")]

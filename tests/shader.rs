@@ -111,26 +111,25 @@ fn say(text: &str) {
     }
 }
 
+/// Runs a program on a file, which has to please it; says whether there is such a program.
+fn pleases(program: &str, arguments: &[&str], file: &Path) -> bool {
+    let Ok(output) = Command::new(program).args(arguments).arg(file).output() else {
+        skip(&format!(
+            "there is no {program} (Debian: glslang-tools, spirv-tools)"
+        ));
+        return false;
+    };
+    let said = [output.stdout, output.stderr].concat();
+    let said = String::from_utf8_lossy(&said);
+    assert!(output.status.success(), "{}: {said}", file.display());
+    true
+}
+
 /// Compiles a text to SPIR-V or, without a place for that, checks it; says whether there is a compiler.
 fn glslang(arguments: &[&str], text: &str, folder: &Path, name: &str) -> bool {
     let file = folder.join(name);
     std::fs::write(&file, text).expect("a writable folder");
-    let run = |program: &str, arguments: &[&str], file: &Path| {
-        let output = Command::new(program).args(arguments).arg(file).output();
-        let Ok(output) = output else {
-            skip(&format!(
-                "there is no {program} (Debian: glslang-tools, spirv-tools)"
-            ));
-            return false;
-        };
-        assert!(
-            output.status.success(),
-            "{name}: {}",
-            String::from_utf8_lossy(&output.stdout)
-        );
-        true
-    };
-    run("glslangValidator", arguments, &file)
+    pleases("glslangValidator", arguments, &file)
 }
 
 struct Gpu {
@@ -336,7 +335,6 @@ struct Case {
 
 impl Case {
     fn new(name: &str, fabric: Fabric, direct: Direct) -> Self {
-        let t0 = std::time::Instant::now();
         let settings = Settings {
             max_bytes: 12 << 10,
             error_pairs: 16,
@@ -350,7 +348,6 @@ impl Case {
             ..volume::Settings::default()
         };
         let volume = Volume::new(&table, &settings).expect("it fits");
-        say(&format!("{name} {:?} {}", t0.elapsed(), volume.bytes()));
         Self {
             name: name.to_owned(),
             fabric,
@@ -461,6 +458,7 @@ fn shaders_compute_what_the_library_does() {
             arguments.push("-D");
         }
         if has_compiler && glslang(&arguments, &text, folder.path(), file) {
+            pleases("spirv-val", &["--target-env", "vulkan1.1"], &binary);
             let binary = std::fs::read(&binary).expect("it was written");
             shaders.push((name, gpu.pipeline(wgpu::util::make_spirv(&binary))));
         }

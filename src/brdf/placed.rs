@@ -108,18 +108,23 @@ impl<R: Real> PlacedNodes<R> {
         self.count() * (1 + usize::from(self.is_stiff))
     }
 
-    /// The segments as numbers, the nodes and weights, and half the reach with what is stiff and wide: see [`crate::shader`].
+    /// The segments as numbers: see [`crate::shader`].
     #[cfg(feature = "shader")]
-    pub(crate) fn numbers(
-        &self,
-    ) -> (
-        impl ExactSizeIterator<Item = [R; 6]>,
-        &[[R; 2]],
-        (R, [bool; 3]),
-    ) {
+    pub(crate) fn arcs(&self) -> impl ExactSizeIterator<Item = [R; 6]> {
+        self.segments.iter().map(Arc::numbers)
+    }
+
+    /// Gauss–Legendre nodes and weights on \[−1, 1\].
+    #[cfg(feature = "shader")]
+    pub(crate) fn nodes(&self) -> &[[R; 2]] {
+        &self.nodes
+    }
+
+    /// c/2; whether there is a stiff lobe, and whether that of the surface or the volume is wide beside it.
+    #[cfg(feature = "shader")]
+    pub(crate) fn numbers(&self) -> (R, [bool; 3]) {
         let is = [self.is_stiff, self.surface_is_wide, self.volume_is_wide];
-        let arcs = self.segments.iter().map(Arc::numbers);
-        (arcs, &self.nodes, (self.half_reach, is))
+        (self.half_reach, is)
     }
 
     /// Mean S and V of the segments over the whole thread's length.

@@ -96,6 +96,25 @@ impl Truth {
         Self::of_model(&reference, pairs.collect::<Result<_, _>>()?, progress)
     }
 
+    /// As [`Truth::new`], for what approximates a table: where that has not all pairs, up to `count` of those protocol pairs that it has.
+    ///
+    /// # Errors
+    /// When `progress` says stop.
+    pub fn of_table(
+        fabric: &Fabric,
+        table: &Table,
+        count: usize,
+        seed: u64,
+        progress: Progress<'_>,
+    ) -> Result<Self, Cancelled> {
+        if table.has_all_pairs() {
+            return Self::new(fabric, count, seed, progress);
+        }
+        let pairs = baked_pairs(fabric, table, count, seed);
+        let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
+        Self::of_model(&reference, pairs, progress)
+    }
+
     /// Takes any model for the truth on `pairs`.
     ///
     /// # Errors
@@ -251,9 +270,7 @@ pub fn measure_table(
     if table.has_all_pairs() {
         return measure(fabric, &Baked(table), count, seed, progress);
     }
-    let pairs = baked_pairs(fabric, table, count, seed);
-    let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
-    let truth = Truth::of_model(&reference, pairs, progress.part(0.0, 0.9))?;
+    let truth = Truth::of_table(fabric, table, count, seed, progress.part(0.0, 0.9))?;
     let errors = truth.measure(&Baked(table), progress.part(0.9, 1.0))?;
     Ok(errors.report(seed, Vec::new()))
 }

@@ -48,18 +48,27 @@
 //! warp               a, b, a', b' of two neighbouring pieces: t = a + b u
 //! ```
 //!
+//! The library's fabrics take 12 to 492 float4 in 8 MiB, and at most 716 in 32 MiB: 16 KiB, which every uniform or constant buffer can have, are
+//! 1024. A fabric of your own with hundreds of segments or tilts, or four threads with grids, may have more; its array goes into a storage buffer, or a
+//! texture of 32-bit floats, which `sateen_parameter` reads as well.
+//!
 //! # Precision
 //!
 //! Directions, parameters and everything in between must be of 32 bits (GLSL: `highp`, and `highp sampler3D`): differences of coordinates
-//! and products of small cosines are lost in 16. Texels may be half floats, since they are ([`crate::volume`]), and so may the results: the largest
-//! values of the library's fabrics are below 100. A fabric with γ_s < 0.05° may exceed 65 504 in its highlight; `min` it.
+//! and products of small cosines are lost in 16. Texels may be half floats, since they are ([`crate::volume`]), and so may the results: on pairs
+//! of the error protocol the largest ρ of the library's fabrics is 2.4 and their largest BRDF 9. At the very horizon the BRDF has no
+//! bound: `sateen_eval` is finite in 32 bits; for half floats take its minimum with 65 504, or stay with `sateen_eval_cos`.
 //!
-//! Hardware filters with weights of 8 fractional bits, which [`Filter::EightBit`] imitates.
+//! On Mesa's software Vulkan all three differ from [`Lookup`] by at most 2e-5 of ρ and a hundredth of its mean, over 2048 pairs of each fabric of the
+//! library. Hardware filters with weights of 8 fractional bits, which [`Filter::EightBit`] imitates: that moves single pairs by up to 1.4 %
+//! where nodes are few (256 KiB), and means by no more than 0.003 % of ρ.
 
 mod lookup;
 mod parameters;
 
 pub use lookup::{Filter, Lookup};
+#[cfg(feature = "export")]
+pub(crate) use parameters::grid_places;
 pub use parameters::parameters;
 
 /// The functions in WGSL.

@@ -31,6 +31,22 @@ pub fn parameters(table: &Table, volume: &Volume) -> Vec<[f32; 4]> {
     array
 }
 
+/// Where in the array the grids are, in the order of the volume.
+#[cfg(feature = "export")]
+pub(crate) fn grid_places(array: &[[f32; 4]]) -> Vec<usize> {
+    let threads = array[1][3] as usize;
+    let records = array[HEADER..].chunks(THREAD).take(threads);
+    let places = records.flat_map(|record| {
+        let count = match record[0][3] {
+            1.0 => 1,
+            3.0 => 2,
+            _ => 0,
+        };
+        record[THREAD - 1].into_iter().take(count)
+    });
+    places.map(|place| place as usize).collect()
+}
+
 fn flag(is: bool) -> f32 {
     f32::from(u8::from(is))
 }
@@ -65,11 +81,14 @@ fn thread_record<'a>(
             1.0
         }
         Segments::Direct(direct) => {
-            let (arcs, rule, (half_reach, [is_stiff, surface, volume])) = direct.numbers();
-            segments = push_arcs(array, arcs);
+            let (half_reach, [is_stiff, surface, volume]) = direct.numbers();
+            segments = push_arcs(array, direct.arcs());
             nodes = push(
                 array,
-                rule.iter().map(|[node, weight]| [*node, *weight, 0.0, 0.0]),
+                direct
+                    .nodes()
+                    .iter()
+                    .map(|[node, weight]| [*node, *weight, 0.0, 0.0]),
             );
             placed = [half_reach, flag(is_stiff), flag(surface), flag(volume)];
             2.0

@@ -22,6 +22,8 @@ pub enum Error {
     TooDeep {
         /// Slabs.
         slabs: usize,
+        /// The most that there may be.
+        side: usize,
     },
 }
 
@@ -36,10 +38,9 @@ impl core::fmt::Display for Error {
                 f,
                 "a volume of up to {bytes} bytes is more than the {MAX_BYTES} that there may be; allow less"
             ),
-            Self::TooDeep { slabs } => write!(
+            Self::TooDeep { slabs, side } => write!(
                 f,
-                "a volume of this table is at least {slabs} texels deep, but textures are at most {}; fewer threads with grids would fit",
-                super::MAX_SIDE
+                "a volume of this table is at least {slabs} texels deep, but {side} are allowed; fewer threads with grids would fit"
             ),
         }
     }

@@ -18,6 +18,38 @@
 //! u into t exactly ([`Nodes`]). The root is what is interpolated, since a root bends less than a lobe does. `plan` chooses the
 //! nodes, `fill` the values.
 //!
+//! Error of ρ against direct integration on 4096 pairs of the protocol, mean and, in brackets, 99th percentile, in percent: of standard
+//! tables and of their volumes by the most bytes that these may take; size and parameters ([`crate::shader`]) of the larger. `–`: the fabric
+//! has no grid, and its closed forms are as exact as the table.
+//!
+//! | fabric | table | 1 MiB | 8 MiB | texels | float4 |
+//! |---|---|---|---|---|---|
+//! | corduroy | 0.056 (0.63) | 0.314 (3.37) | 0.134 (1.48) | 37 × 35 × 777 | 211 |
+//! | denim | 0.089 (0.92) | 0.773 (6.93) | 0.276 (2.31) | 20 × 33 × 1584 | 324 |
+//! | faux-suede | 0.000 (0.00) | – | – | – | 12 |
+//! | felt | 0.042 (0.40) | 0.078 (0.55) | the same | 61 × 57 × 27 | 441 |
+//! | linen-plain | 0.078 (0.71) | 0.695 (8.18) | 0.220 (2.52) | 20 × 33 × 1584 | 320 |
+//! | polka-dot-lining-pink | 0.132 (1.56) | 0.676 (7.00) | 0.320 (2.82) | 40 × 33 × 770 | 243 |
+//! | polka-dot-lining-white | 0.059 (0.50) | 0.362 (3.03) | 0.170 (1.36) | 40 × 33 × 770 | 243 |
+//! | polyester-lining | 0.088 (0.75) | 0.668 (6.62) | 0.257 (2.07) | 40 × 37 × 700 | 234 |
+//! | polyester-satin-charmeuse-back | 0.026 (0.25) | 0.218 (2.26) | 0.076 (0.94) | 40 × 35 × 735 | 385 |
+//! | polyester-satin-charmeuse-front | 0.061 (0.53) | 0.804 (7.93) | 0.223 (1.95) | 42 × 29 × 858 | 224 |
+//! | silk-crepe-de-chine | 0.031 (0.35) | 0.251 (2.88) | 0.093 (0.93) | 30 × 31 × 1127 | 203 |
+//! | silk-shot | 0.038 (0.35) | 0.535 (6.09) | 0.138 (1.29) | 32 × 35 × 936 | 171 |
+//! | swimwear-back | 0.106 (1.37) | 0.823 (8.23) | 0.287 (4.43) | 20 × 37 × 1416 | 272 |
+//! | swimwear-front | 0.096 (1.01) | 0.829 (9.74) | 0.262 (3.15) | 22 × 33 × 1440 | 304 |
+//! | tshirt-black-back | 0.030 (0.48) | – | – | – | 17 |
+//! | tshirt-black-front | 0.036 (0.39) | – | – | – | 17 |
+//! | tshirt-white | 0.033 (0.51) | – | – | – | 15 |
+//! | velvet-spread | 0.257 (1.94) | 3.280 (26.59) | 1.085 (8.23) | 31 × 37 × 902 | 492 |
+//! | velvet | 0.029 (0.25) | – | – | – | 36 |
+//! | warp-knit | 0.077 (1.15) | 0.795 (7.92) | 0.343 (4.63) | 29 × 57 × 628 | 247 |
+//! | weft-knit-curve | 0.056 (0.65) | 0.742 (7.66) | 0.206 (1.84) | 27 × 53 × 727 | 311 |
+//! | weft-knit | 0.090 (0.94) | 0.665 (5.36) | 0.271 (2.37) | 18 × 29 × 2000 | 335 |
+//!
+//! Weights of 8 bits, with which hardware filters, add at most 0.003 % to these means. Near the horizon, where S and V are small and rise
+//! steeply, a volume errs more than its table: denim's 99th percentile of grazing pairs is 31 % in 8 MiB.
+//!
 //! It stands above the lookup, whose tables it samples, and needs neither fabrics nor models: an engine can make volumes of the files it
 //! ships. Evaluation is in [`crate::shader`].
 
@@ -34,7 +66,7 @@ use half::f16;
 use crate::chart::Coordinates;
 use crate::table::{Grid, Table};
 
-/// Texels along each side at most, which every API has.
+/// Texels along each side at most: what WebGPU promises, and what implementations of WebGL 2 have, though its promise is 256.
 pub const MAX_SIDE: usize = 2048;
 /// R, G, B and A, half floats.
 pub const TEXEL_BYTES: usize = 8;
@@ -49,6 +81,8 @@ pub struct Settings {
     /// Nodes are added until the mean relative error that linear interpolation is expected to add is below this, or `max_bytes` are
     /// reached.
     pub target_error: f64,
+    /// The most texels along a side, up to [`MAX_SIDE`]. Depth is what there is most of.
+    pub max_side: usize,
 }
 
 impl Default for Settings {
@@ -57,6 +91,7 @@ impl Default for Settings {
         Self {
             max_bytes: 8 << 20,
             target_error: 1e-3,
+            max_side: MAX_SIDE,
         }
     }
 }
@@ -158,6 +193,18 @@ impl Volume {
     pub fn to_bytes(&self) -> Vec<u8> {
         let halves = self.texels.iter().flatten();
         halves.flat_map(|half| half.to_le_bytes()).collect()
+    }
+
+    /// The same with other texels, x fastest, then y: those that were read from a file, or that a smaller format keeps. None unless there are
+    /// as many.
+    pub fn with_texels(&self, texels: impl IntoIterator<Item = [u16; 4]>) -> Option<Self> {
+        let halves = |texel: [u16; 4]| texel.map(f16::from_bits);
+        let texels: Vec<[f16; 4]> = texels.into_iter().map(halves).collect();
+        (texels.len() == self.texels.len()).then(|| Self {
+            size: self.size,
+            texels,
+            grids: self.grids.clone(),
+        })
     }
 
     /// Bytes of texels.

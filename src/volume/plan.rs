@@ -16,7 +16,7 @@ use crate::math::{Vec3, dot};
 use crate::table::{Grid, Segments, Table, ThreadTable};
 
 /// Pairs that lines go through.
-const PAIRS: u32 = 768;
+const PAIRS: u32 = 512;
 /// Nodes are multiples of 2 to the power of minus these, at the finest. What it takes to find them grows with that.
 const DEPTHS: [u32; 4] = [9, 7, 7, 7];
 /// How many halvings ahead a gain is looked for: half of a lobe within a cell gains nothing yet.
@@ -41,6 +41,10 @@ pub(super) fn plan(table: &Table, settings: &Settings) -> Result<Vec<[Nodes; 4]>
             grids.push([0, 1, 2, 3].map(|axis| Ladder::new(grid, axis, &samples)));
         }
     }
+    let limits = Limits {
+        bytes: settings.max_bytes,
+        side: settings.max_side.min(MAX_SIDE),
+    };
     let least = cost(&grids);
     if least[0] > settings.max_bytes {
         return Err(Error::TooLittle {
@@ -48,14 +52,24 @@ pub(super) fn plan(table: &Table, settings: &Settings) -> Result<Vec<[Nodes; 4]>
             least: least[0],
         });
     }
-    if least[1] > MAX_SIDE {
-        return Err(Error::TooDeep { slabs: least[1] });
+    if least[1] > limits.side {
+        return Err(Error::TooDeep {
+            slabs: least[1],
+            side: limits.side,
+        });
     }
-    while error(&grids) > settings.target_error && step(&mut grids, settings.max_bytes) {}
+    while error(&grids) > settings.target_error && step(&mut grids, limits) {}
     Ok(grids
         .iter()
         .map(|axes| axes.each_ref().map(Ladder::nodes))
         .collect())
+}
+
+/// What a volume may take.
+#[derive(Clone, Copy)]
+struct Limits {
+    bytes: usize,
+    side: usize,
 }
 
 /// Texels along x, y and z of grids with such nodes.
@@ -88,12 +102,12 @@ fn error(grids: &[[Ladder; 4]]) -> f64 {
 }
 
 /// Gives nodes to the axis that gains most for its cost. Not if nothing fits, or nothing gains.
-fn step(grids: &mut [[Ladder; 4]], max_bytes: usize) -> bool {
+fn step(grids: &mut [[Ladder; 4]], limits: Limits) -> bool {
     let [bytes, depth] = cost(grids);
     let mut best: Option<(f64, usize, usize)> = None;
     let mut consider = |gain: f64, relative_cost: f64, slabs: usize, grid: usize, axis: usize| {
-        let fits =
-            bytes as f64 * (1.0 + relative_cost) <= max_bytes as f64 + 0.5 && slabs <= MAX_SIDE;
+        let fits = bytes as f64 * (1.0 + relative_cost) <= limits.bytes as f64 + 0.5
+            && slabs <= limits.side;
         let value = gain / relative_cost;
         if fits && gain > 0.0 && best.is_none_or(|(most, ..)| value > most) {
             best = Some((value, grid, axis));
@@ -110,7 +124,7 @@ fn step(grids: &mut [[Ladder; 4]], max_bytes: usize) -> bool {
             rating * (count + SHARED_STEP - ladder.places.len()) as f64
         };
         let gain = grids.iter().map(|g| gain(&g[axis])).sum();
-        if count + SHARED_STEP <= MAX_SIDE {
+        if count + SHARED_STEP <= limits.side {
             consider(gain, SHARED_STEP as f64 / count as f64, depth, 0, axis);
         }
     }

@@ -7,6 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand, ValueEnum, value_parser};
 use sateen::bake::{Direct, Preset};
 use sateen::chart::Chart;
+use sateen::export::Format;
 use sateen::metrics::{DEFAULT_PAIRS, VALIDATION_SEED};
 use sateen::model::{ModelKind, Rule};
 use sateen::table::Encoding;
@@ -35,6 +36,7 @@ pub(crate) enum Verb {
     Render(RenderArgs),
     Scene(ExplainArgs),
     Record(RecordArgs),
+    Export(ExportArgs),
 }
 
 /// List the fabrics of the library.
@@ -402,6 +404,40 @@ pub(crate) struct RecordArgs {
     pub(crate) output: PathBuf,
 }
 
+/// Write a table as a texture and parameters for shaders.
+///
+/// The texture's size, the bytes, and the error of the lookup in it against direct integration are printed. What it holds and how it is
+/// read is in the file's metadata: the key `sateen` of KTX2, the attribute `sateen` of EXR, NAME.json beside others.
+#[derive(clap::Args)]
+pub(crate) struct ExportArgs {
+    #[arg(value_name = "TABLE")]
+    pub(crate) table: PathBuf,
+    /// What to write.
+    #[arg(long, value_enum)]
+    pub(crate) format: FormatArg,
+    /// The file to write, which ends in .ktx2, .dds, .exr or .bin as the format has it; DDS and raw texels get a NAME.json beside them.
+    #[arg(short, long, value_name = "PATH")]
+    pub(crate) output: PathBuf,
+    /// The most bytes of the volume as RGBA16F, up to 64MiB; rgb9e5 takes half of it, bc6h an eighth.
+    #[arg(long, value_name = "N", value_parser = parse_size, default_value = "8MiB")]
+    pub(crate) max_bytes: usize,
+    /// Leave the texels of a KTX2 file as they are, for readers without zstd.
+    #[arg(long)]
+    pub(crate) no_supercompression: bool,
+    /// How many pairs of directions the error is measured on.
+    #[arg(long, value_name = "N", default_value_t = 16_384, value_parser = value_parser!(u32).range(1..=100_000_000))]
+    pub(crate) pairs: u32,
+    /// The seed that draws them.
+    #[arg(long, value_name = "SEED", default_value_t = VALIDATION_SEED)]
+    pub(crate) seed: u64,
+    /// Threads to work with [default: all cores]. The result does not depend on it.
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+    /// Print sizes and errors as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// How cloth that hangs is looked at.
 #[derive(clap::Args)]
 pub(crate) struct DrapeArgs {
@@ -500,6 +536,42 @@ impl From<PresetArg> for Preset {
             PresetArg::Draft => Self::Draft,
             PresetArg::Standard => Self::Standard,
             PresetArg::Fine => Self::Fine,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum FormatArg {
+    /// KTX2: a 3D texture of RGBA16F.
+    Ktx2,
+    /// DDS with a DX10 header: a 3D texture of RGBA16F.
+    Dds,
+    /// OpenEXR: all slabs of the volume side by side, halves.
+    Exr,
+    /// KTX2 of three channels that share an exponent: half the bytes, two fetches a lookup.
+    Rgb9e5,
+    /// KTX2 of BC6H blocks: an eighth of the bytes, two fetches a lookup; look at the error.
+    Bc6h,
+    /// RGBA16F without a header.
+    Raw,
+}
+
+impl FormatArg {
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value()
+            .map_or(String::new(), |value| value.get_name().to_owned())
+    }
+}
+
+impl From<FormatArg> for Format {
+    fn from(format: FormatArg) -> Self {
+        match format {
+            FormatArg::Ktx2 => Self::Ktx2,
+            FormatArg::Dds => Self::Dds,
+            FormatArg::Exr => Self::Exr,
+            FormatArg::Rgb9e5 => Self::Rgb9e5,
+            FormatArg::Bc6h => Self::Bc6h,
+            FormatArg::Raw => Self::Raw,
         }
     }
 }

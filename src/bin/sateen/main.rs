@@ -5,6 +5,7 @@
 mod args;
 mod bake;
 mod eval;
+mod export;
 mod fabrics;
 mod fit;
 mod info;
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
         Verb::Render(args) => render::run(&args),
         Verb::Scene(args) => scene::run(&args),
         Verb::Record(args) => record::run(&args),
+        Verb::Export(args) => export::run(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

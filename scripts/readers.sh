@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Exports read by tools of others: KTX2 by ktx-parse (npm), EXR by OpenImageIO (PyPI), each against the raw texels. Not part of
+# check.sh, since it fetches both:
+#
+#     scripts/readers.sh denim.sateen
+set -euo pipefail
+cd "$(dirname "$0")/.."
+table=$(realpath "$1")
+work=${SATEEN_READERS:-"${TMPDIR:-/tmp}/sateen-readers"}
+mkdir -p "$work"
+export_as() {
+    cargo run --quiet --release --locked -- --quiet export "$table" --pairs 64 --format "$1" -o "$work/$2" "${@:3}"
+}
+export_as raw volume.bin
+export_as ktx2 plain.ktx2 --no-supercompression
+export_as ktx2 small.ktx2
+export_as rgb9e5 rgb9e5.ktx2
+export_as bc6h bc6h.ktx2
+export_as exr atlas.exr
+
+[[ -d $work/node_modules/ktx-parse ]] || npm install --silent --prefix "$work" ktx-parse
+cp scripts/read_ktx2.mjs "$work/"
+node "$work/read_ktx2.mjs" "$work"
+
+[[ -d $work/python ]] || python3 -m venv "$work/python"
+"$work/python/bin/pip" install --quiet openimageio numpy
+"$work/python/bin/python" scripts/read_exr.py "$work"

@@ -1,0 +1,126 @@
+//! `sateen export`
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use sateen::export::{About, Cost, Export, File, Format};
+use sateen::metrics::PairErrors;
+use sateen::progress::Progress;
+use sateen::volume::{Settings, Volume};
+use serde_json::json;
+
+use crate::Outcome;
+use crate::args::ExportArgs;
+use crate::output::{Bar, Output, Usage, bytes, print, print_json, use_threads};
+use crate::subject::{load_table, provenance};
+
+pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
+    use_threads(args.jobs)?;
+    let format = Format::from(args.format);
+    let extension = format.extension();
+    if args.output.extension().is_none_or(|end| end != extension) {
+        let message = format!(
+            "-o {}: files of this format end in .{extension}",
+            args.output.display()
+        );
+        return Err(Usage(message).into());
+    }
+    if args.no_supercompression && extension != "ktx2" {
+        let message = "--no-supercompression is for KTX2 files; others are not compressed by zstd";
+        return Err(Usage(message.to_owned()).into());
+    }
+    let (table, _) = load_table(&args.table)?;
+    let (provenance, fabric) = provenance(&table, &args.table)?;
+    // Before the work, to find out.
+    Output::prepare(&args.output)?;
+
+    let mut bar = Bar::new(1);
+    bar.begin(&fabric.name);
+    let settings = Settings {
+        max_bytes: args.max_bytes,
+        ..Settings::default()
+    };
+    let cannot = || format!("cannot export {}", args.table.display());
+    let volume = Volume::new(&table, &settings)
+        .map_err(|error| anyhow::anyhow!("--max-bytes {}: {error}", args.max_bytes))
+        .with_context(cannot)?;
+    let export = Export::new(&table, &volume, format).with_context(cannot)?;
+    let report = |share: f64| bar.report(share);
+    let cost = export.measure(
+        &fabric,
+        args.pairs as usize,
+        args.seed,
+        Progress::new(&report),
+    )?;
+    let about = About {
+        fabric: &fabric.name,
+        recorded: &provenance.error,
+        measured: &cost,
+    };
+    let files = export
+        .files(&about, !args.no_supercompression)
+        .with_context(cannot)?;
+    drop(bar);
+    let paths = write(&args.output, &files)?;
+    if args.json {
+        let written = paths.iter().zip(&files);
+        print_json(&json!({
+            "format": args.format.name(),
+            "pixels": format.pixels().name(),
+            "size": export.size(),
+            "texel_bytes": export.texels().len(),
+            "files": written
+                .map(|(path, file)| json!({ "path": path, "bytes": file.bytes.len() }))
+                .collect::<Vec<_>>(),
+            "error": cost,
+        }))?;
+    } else {
+        print(&text(&args.output, &export, format, &files, &cost))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Metadata first: whoever sees the texels has them.
+fn write(path: &Path, files: &[File]) -> Result<Vec<PathBuf>> {
+    let paths: Vec<PathBuf> = files
+        .iter()
+        .map(|file| path.with_extension(file.extension))
+        .collect();
+    for (path, file) in paths.iter().zip(files).rev() {
+        Output::prepare(path)?.write(&file.bytes)?;
+    }
+    Ok(paths)
+}
+
+fn text(path: &Path, export: &Export<'_>, format: Format, files: &[File], cost: &Cost) -> String {
+    let [width, height, depth] = export.size();
+    let file_bytes = files.iter().map(|file| file.bytes.len()).sum();
+    let mut text = format!(
+        "{}: {width} × {height} × {depth} texels of {}, {} in memory, {} in {}, {} parameters\n",
+        path.display(),
+        format.pixels().name(),
+        bytes(export.texels().len()),
+        bytes(file_bytes),
+        if files.len() == 1 {
+            "the file"
+        } else {
+            "the files"
+        },
+        export.parameters().len(),
+    );
+    text += "  relative error       mean        p99  grazing p99\n";
+    for (name, errors) in [("table", &cost.table), ("exported", &cost.exported)] {
+        let PairErrors { all, grazing, .. } = errors;
+        let percent = |x: f64| format!("{:.3} %", 100.0 * x);
+        text += &format!(
+            "    {name:<12} {:>10} {:>10} {:>12}\n",
+            percent(all.mean),
+            percent(all.p99),
+            percent(grazing.p99)
+        );
+    }
+    text + &format!(
+        "  against direct integration on {} pairs of directions, seed {}, with filters of 8 bits as hardware has them\n",
+        cost.table.all.pairs, cost.seed
+    )
+}
