@@ -10,7 +10,7 @@ import { fileURLToPath, pathToFileURL } from 'node:url';
 
 const HERE = dirname(fileURLToPath(import.meta.url));
 const SHADER = join(HERE, '../../src/shader/lookup.glsl');
-const SERVED = /^(index\.html|style\.css|(src|tables|node_modules\/(three|zstddec|ktx-parse))\/.+)$/;
+const SERVED = /^((index|minimal)\.html|style\.css|(src|tables|node_modules\/(three|zstddec|ktx-parse))\/.+)$/;
 const TYPES = {
   '.html': 'text/html; charset=utf-8',
   '.css': 'text/css; charset=utf-8',

@@ -18,10 +18,10 @@ export async function readKtx2(bytes) {
   if (text === undefined) {
     throw new FileError('it is a KTX2 texture, but not one that `sateen export` wrote');
   }
-  if (file.vkFormat !== VK_FORMAT_R16G16B16A16_SFLOAT || file.pixelDepth === 0) {
-    throw new FileError('its texels are not RGBA16F in 3D, which this page takes');
-  }
   const said = JSON.parse(typeof text === 'string' ? text : new TextDecoder().decode(text));
+  if (file.vkFormat !== VK_FORMAT_R16G16B16A16_SFLOAT || said.layout !== 'volume') {
+    throw new FileError(`its texels are ${said.pixels}; this page takes those of \`sateen export --format ktx2\``);
+  }
   const size = [file.pixelWidth, file.pixelHeight, file.pixelDepth];
   const count = 4 * size[0] * size[1] * size[2];
   const [level] = file.levels;
@@ -38,5 +38,6 @@ export async function readKtx2(bytes) {
   }
   // A copy begins where an array of 16 bits can.
   const texels = new Uint16Array(data.slice().buffer);
-  return { size, texels, parameters: Float32Array.from(said.parameters.flat()), names: (said.threads ?? []).map((thread) => thread.name ?? thread) };
+  const names = said.threads.map((thread) => thread.name);
+  return { size, texels, parameters: Float32Array.from(said.parameters.flat()), names };
 }

@@ -283,7 +283,7 @@ function describe(viewer, cloth) {
   const bytes = 2 * cloth.texels.length;
   const size = bytes < 1 << 20 ? `${(bytes / 1024).toFixed(1)} KiB` : `${(bytes / (1 << 20)).toFixed(1)} MiB`;
   const texture = fetches > 0 ? `a texture of ${cloth.size.join(' × ')}, ${size}, and ` : 'no texture; ';
-  say('facts', `${texture}${cloth.parameters.length / 4} parameters; ${fetches} fetches per lookup`);
+  say('facts', `${texture}${cloth.parameters.length / 4} parameters; ${fetches === 1 ? 'one fetch' : `${fetches || 'no'} fetches`} per lookup`);
   const rows = cloth.threads.map((thread) => albedoRow(viewer, thread));
   document.getElementById('albedos').replaceChildren(...rows);
 }
