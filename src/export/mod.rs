@@ -152,7 +152,9 @@ pub enum Error {
     #[error(transparent)]
     Volume(#[from] volume::Error),
     /// More slabs than textures can have.
-    #[error("three nodes a texel would make the texture {0} texels deep, but textures are at most {MAX_SIDE}; a smaller volume would fit")]
+    #[error(
+        "three nodes a texel would make the texture {0} texels deep, but textures are at most {MAX_SIDE}; a smaller volume would fit"
+    )]
     TooDeep(usize),
     /// What the EXR writer says.
     #[error("cannot make an EXR file: {0}")]
