@@ -220,7 +220,7 @@ fn dds_reads_back_the_same_with_its_metadata_beside_it() {
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
         assert_eq!(&bytes[..4], b"DDS ");
         assert_eq!([word(16), word(12), word(24)], export.size());
-        assert_eq!(word(8) & 0x80_0000, 0x80_0000, "it has a depth");
+        assert_eq!(word(8) & 0x80_0000 != 0, word(24) > 1, "it has a depth");
         assert_eq!(word(112) & 0x20_0000, 0x20_0000, "it is a volume");
         assert_eq!(&bytes[84..88], b"DX10");
         assert_eq!([word(128), word(132)], [10, 4], "RGBA16F, 3D");
@@ -424,8 +424,13 @@ fn rgb9e5_takes_half_and_reads_back_by_its_recipe() {
         check_threes(case, &export, &texels, pitch(&files[0]));
         assert_costs_at_most(case, &export, 0.003);
         let volume = case.volume.bytes();
-        // Where an axis has an even number of nodes, one more.
-        assert!(bytes.len() <= volume * 7 / 10 || volume < 100_000);
+        let mut grids = case.volume.grids().iter();
+        if grids.all(|grid| grid.nodes()[3].count() > 1) && volume > 100_000 {
+            // Half, and where an axis has an even number of nodes, one more.
+            assert!(bytes.len() <= volume * 7 / 10);
+        } else {
+            assert!(bytes.len() <= volume);
+        }
     }
 }
 
