@@ -6,7 +6,7 @@
 //! | [`Format::Dds`] | RGBA16F, 3D | Direct3D tools |
 //! | [`Format::Exr`] | RGBA16F, slabs side by side in 2D | engines that import volumes from pictures, and eyes |
 //! | [`Format::Raw`] | RGBA16F, plain | anything: `NAME.bin` are the bytes to upload, `NAME.json` says how large |
-//! | [`Format::Rgb9e5`] | RGB9E5, 3D, KTX2 | half the bytes, but as many for cloth that needs three axes alone, as felt |
+//! | [`Format::Rgb9e5`] | RGB9E5, 3D, KTX2 | half the bytes; no fewer for cloth that needs three axes alone, as felt |
 //! | [`Format::Bc6h`] | BC6H, 3D, KTX2 | an eighth of the bytes, and an error that shows: measure it |
 //!
 //! # Reconstruction
