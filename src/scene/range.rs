@@ -237,6 +237,14 @@ mod tests {
             high: DVec3::new(1.5, 0.5, 2.0),
         };
         let target = DVec3::new(0.1, 0.0, -0.2);
+        let distance = [1.0, 4.0];
+        let places = [
+            Place::Near(region),
+            Place::far(sky),
+            Place::around(target, distance, sky),
+            Place::Along { target, region },
+            Place::Above(-0.3),
+        ];
         for k in 0..20_000 {
             let at = |range: [f64; 2], step: f64| range[0] + (range[1] - range[0]) * share(k, step);
             let to_sky = Sky::at(at(sky.azimuth, 0.618), at(sky.elevation, 0.755));
@@ -246,7 +254,6 @@ mod tests {
                 radius: 0.05,
             };
             let from = eye.center + 0.049 * Sky::at(at([0.0, TAU], 0.35), at([-1.5, 1.5], 0.91));
-            let distance = [1.0, 4.0];
             let camera = target + at(distance, 0.71) * to_sky;
             let radius = at([0.0, 0.3], 0.27);
             // Off by as much as is allowed.
@@ -255,20 +262,15 @@ mod tests {
                 let beside = glam::DQuat::from_axis_angle(w, at([0.0, TAU], 0.13)) * beside;
                 (radius * 0.999).cos() * w + (radius * 0.999).sin() * beside
             };
-            let places = [
-                (Place::Near(region), (in_box - from).normalize()),
-                (Place::far(sky), to_sky),
-                (
-                    Place::around(target, distance, sky),
-                    (camera - from).normalize(),
-                ),
-                (
-                    Place::Along { target, region },
-                    (in_box - target).normalize(),
-                ),
-                (Place::Above(-0.3), to_sky),
+            // To the first, the second … place.
+            let ways = [
+                (in_box - from).normalize(),
+                to_sky,
+                (camera - from).normalize(),
+                (in_box - target).normalize(),
+                to_sky,
             ];
-            for (place, to) in places {
+            for (place, to) in places.iter().zip(ways) {
                 let half = 0.5 * radius;
                 let found = place.overlap(eye, turned(to), half, half);
                 assert_ne!(found, Overlap::None, "{place:?} {to} {radius}");
