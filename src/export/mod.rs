@@ -62,7 +62,7 @@ use crate::model::Model;
 use crate::progress::{Cancelled, Progress};
 use crate::shader::{Filter, Lookup, parameters};
 use crate::table::Table;
-use crate::volume::Volume;
+use crate::volume::{self, MAX_SIDE, Volume};
 use threes::Threes;
 
 /// What is written.
@@ -148,10 +148,12 @@ pub struct File {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// There is no volume.
+    #[error(transparent)]
+    Volume(#[from] volume::Error),
     /// More slabs than textures can have.
     #[error(
-        "three nodes a texel would make the texture {0} texels deep, but textures are at most {most}; a smaller volume would fit",
-        most = crate::volume::MAX_SIDE
+        "three nodes a texel would make the texture {0} texels deep, but textures are at most {MAX_SIDE}; a smaller volume would fit"
     )]
     TooDeep(usize),
     /// What the EXR writer says.
@@ -179,6 +181,29 @@ pub struct Export<'a> {
 }
 
 impl<'a> Export<'a> {
+    /// Of a table and the volume that `settings` give; a smaller one, if threes would make it too deep.
+    ///
+    /// # Errors
+    /// When there is no such volume.
+    pub fn within(
+        table: &'a Table,
+        settings: &volume::Settings,
+        format: Format,
+    ) -> Result<Self, Error> {
+        let mut settings = *settings;
+        loop {
+            let volume = Volume::new(table, &settings)?;
+            match Self::new(table, &volume, format) {
+                Err(Error::TooDeep(depth)) => {
+                    // By as much as it is too deep, and at least by one: it ends.
+                    let side = volume.size()[2] * MAX_SIDE / depth;
+                    settings.max_side = side.min(settings.max_side - 1);
+                }
+                result => return result,
+            }
+        }
+    }
+
     /// Of a table and its volume.
     ///
     /// # Errors

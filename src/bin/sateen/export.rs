@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use sateen::export::{About, Cost, Export, File, Format};
 use sateen::metrics::PairErrors;
 use sateen::progress::Progress;
-use sateen::volume::{Settings, Volume};
+use sateen::volume::Settings;
 use serde_json::json;
 
 use crate::Outcome;
@@ -41,10 +41,9 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
         ..Settings::default()
     };
     let cannot = || format!("cannot export {}", args.table.display());
-    let volume = Volume::new(&table, &settings)
-        .map_err(|error| anyhow::anyhow!("--max-bytes {}: {error}", args.max_bytes))
+    let export = Export::within(&table, &settings, format)
+        .with_context(|| format!("--max-bytes {}", args.max_bytes))
         .with_context(cannot)?;
-    let export = Export::new(&table, &volume, format).with_context(cannot)?;
     let report = |share: f64| bar.report(share);
     let cost = export.measure(
         &fabric,
