@@ -18,7 +18,9 @@ export async function readKtx2(bytes) {
   if (text === undefined) {
     throw new FileError('it is a KTX2 texture, but not one that `sateen export` wrote');
   }
-  const said = JSON.parse(typeof text === 'string' ? text : new TextDecoder().decode(text));
+  // Values end in a zero, which ktx-parse takes off those keys that it knows alone.
+  const json = typeof text === 'string' ? text : new TextDecoder().decode(text);
+  const said = JSON.parse(json.replace(/\0$/, ''));
   if (file.vkFormat !== VK_FORMAT_R16G16B16A16_SFLOAT || said.layout !== 'volume') {
     throw new FileError(`its texels are ${said.pixels}; this page takes those of \`sateen export --format ktx2\``);
   }

@@ -66,6 +66,8 @@ export async function open() {
 /** The page at some of its addresses, when it has drawn. What goes wrong in it is an error here. */
 export async function show(context, address, query) {
   const page = await context.newPage();
+  // Machines that build something else meanwhile are slow.
+  page.setDefaultTimeout(120_000);
   page.faults = [];
   page.on('pageerror', (error) => page.faults.push(error.message));
   page.on('console', (message) => message.type() === 'error' && page.faults.push(message.text()));
