@@ -152,7 +152,7 @@ async function changeBy(page, action) {
 }
 
 test('keys turn, light and switch', { skip: skipBrowser }, async () => {
-  const page = await show(context, viewer.address, 'plain&size=96&light=30,0&samples=4');
+  const page = await show(context, viewer.address, 'light=30,0&samples=4');
   const front = await picture(page);
   for (const key of ['ArrowLeft', 'ArrowUp', 'Shift+ArrowRight', '+', '2', '3', '1', 'x', 's', 'd', 't', 'c', 'c', 'r']) {
     assert.ok((await changeBy(page, () => page.keyboard.press(key))) > 0.02, key);
