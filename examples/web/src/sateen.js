@@ -21,8 +21,8 @@ export async function readSateen(bytes) {
   const header = new Reader(bytes);
   header.offset = 8;
   const [major, minor] = [header.u16(), header.u16()];
-  if (major !== 2 || minor > 4) {
-    throw new FileError(`it is of version ${major}.${minor} of the format, and this page knows 2.0 to 2.4`);
+  if (major !== 2 || minor > 5) {
+    throw new FileError(`it is of version ${major}.${minor} of the format, and this page knows 2.0 to 2.5`);
   }
   const length = header.u32();
   const crc = header.u32();
