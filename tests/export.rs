@@ -123,10 +123,12 @@ fn check_metadata(json: &str, case: &Case, export: &Export<'_>) -> Value {
         assert_eq!(numbers(&read["albedo"]), thread.albedo());
     }
     let mean = &note["measured"]["exported"]["all"]["mean"];
-    assert_eq!(
-        mean.as_f64(),
-        Some(case.cost(export).exported.all.mean),
-        "the error is that of the export"
+    let mean = mean.as_f64().expect("a number");
+    let expected = case.cost(export).exported.all.mean;
+    // What reads JSON may miss the last bit.
+    assert!(
+        (mean - expected).abs() <= 1e-14 * expected,
+        "{mean} {expected}"
     );
     assert!(note["recorded"]["all"]["p99"].is_number());
     assert!(note["recipe"].as_str().unwrap().contains("0.5)/n"));
@@ -220,7 +222,7 @@ fn dds_reads_back_the_same_with_its_metadata_beside_it() {
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
         assert_eq!(&bytes[..4], b"DDS ");
         assert_eq!([word(16), word(12), word(24)], export.size());
-        assert_eq!(word(8) & 0x80_0000 != 0, word(24) > 1, "it has a depth");
+        assert_eq!(word(8) & 0x80_0000, 0x80_0000, "it has a depth");
         assert_eq!(word(112) & 0x20_0000, 0x20_0000, "it is a volume");
         assert_eq!(&bytes[84..88], b"DX10");
         assert_eq!([word(128), word(132)], [10, 4], "RGBA16F, 3D");

@@ -2,6 +2,11 @@
 
 use ddsfile::{AlphaMode, Caps2, D3D10ResourceDimension, Dds, DxgiFormat, Error, NewDxgiParams};
 
+/// Where the flags of the header are …
+const FLAGS_AT: usize = 8;
+/// … and that of a depth (Microsoft, DDS_HEADER).
+const DDSD_DEPTH: u32 = 0x80_0000;
+
 pub(super) fn write(size: [usize; 3], texels: &[u8]) -> Result<Vec<u8>, Error> {
     // Sides are at most `volume::MAX_SIDE`.
     let [width, height, depth] = size.map(|side| side as u32);
@@ -21,5 +26,7 @@ pub(super) fn write(size: [usize; 3], texels: &[u8]) -> Result<Vec<u8>, Error> {
     dds.data = texels.to_vec();
     let mut bytes = Vec::new();
     dds.write(&mut bytes)?;
+    // `ddsfile` leaves it out where there is one slab alone, but readers want it of every 3D texture (Microsoft, DirectXTex).
+    bytes[FLAGS_AT + 2] |= (DDSD_DEPTH >> 16) as u8;
     Ok(bytes)
 }

@@ -32,7 +32,9 @@
 //! **Threes** are for texels without a fourth channel. A volume's texel holds √S and √V at two neighbouring nodes of u₃. Here a texel holds
 //! one of both at three nodes, 2 j … 2 j + 2, and slabs of √S and √V take turns: two fetches a lookup, as many texels as a volume has, and
 //! three numbers in each that are near one another, as exponents and lines that they share want it; (√S, √V, 0) at every node would take
-//! the same room and leave a third of it empty. All grids have as many slabs per node, the `pitch`, and the parameters know.
+//! the same room and leave a third of it empty. All grids have as many slabs per node, the `pitch`, and the parameters know. Where u₃ has an
+//! even number of nodes, one more is stored; grids without a fourth axis, as felt's, take four times as many texels, and with RGB9E5 twice
+//! the bytes: they are small as they are.
 //!
 //! # Metadata
 //!
