@@ -11,6 +11,7 @@ use ::exr::prelude::{
 };
 
 use super::note::{Atlas, Note};
+use crate::table::place_of;
 use crate::volume::Volume;
 
 pub(super) fn write(volume: &Volume, mut note: Note<'_>) -> Result<Vec<u8>, Error> {
@@ -20,11 +21,7 @@ pub(super) fn write(volume: &Volume, mut note: Note<'_>) -> Result<Vec<u8>, Erro
     let mut planes: [Vec<f16>; 4] = std::array::from_fn(|_| vec![f16::ZERO; size.0 * size.1]);
     let [width, height, _] = volume.size();
     for (index, texel) in volume.texels().enumerate() {
-        let (x, y, z) = (
-            index % width,
-            index / width % height,
-            index / (width * height),
-        );
+        let [x, y, z] = place_of(index, volume.size());
         let column = z % atlas.columns * width + x;
         let row = z / atlas.columns * height + y;
         for (plane, bits) in planes.iter_mut().zip(texel) {

@@ -49,17 +49,16 @@ impl Threes {
         let counts = |grid: &GridVolume| grid.nodes().each_ref().map(|nodes| nodes.count());
         let pitch = volume.grids().iter().map(|grid| counts(grid)[2]);
         let pitch = pitch.max().unwrap_or(1);
-        let (mut first, mut first_three) = (0, 0);
+        let mut first_three = 0;
         let mut grids = Vec::new();
         for grid in volume.grids() {
             let [_, _, n2, n3] = counts(grid);
             let place = Place {
-                first,
+                first: grid.first_slab,
                 n2,
                 n3,
                 first_three,
             };
-            first += grid.slabs();
             first_three += TURNS * pitch * place.groups();
             grids.push(place);
         }

@@ -186,8 +186,8 @@ test('table and direct integration are timed', { skip: skipBrowser }, async (t) 
 test('fingers turn the cloth on a phone, where all is readable', { skip: skipBrowser }, async () => {
   const phone = await viewer.browser.newContext({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
   const page = await show(phone, viewer.address, 'light=30,0');
-  const session = await phone.newCDPSession(page);
-  const touch = (type, ...points) => session.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+  const devtools = await phone.newCDPSession(page);
+  const touch = (type, ...points) => devtools.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
   const change = await changeBy(page, async () => {
     await touch('touchStart', [200, 200]);
     await touch('touchMove', [240, 220]);
