@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use assert_cmd::Command;
 use exr::prelude::{AnyChannels, FlatSamples, Layer as ExrLayer, read_all_flat_layers_from_file};
 use image::{ImageFormat, ImageReader};
+use predicates::prelude::*;
 use predicates::str::contains;
 use sateen::bake::{Preset, Settings, bake};
 use sateen::fabric::{Fabric, Lambert};
@@ -481,6 +482,53 @@ fn a_comparison_shows_and_tells() {
         .stderr(contains(
             "is a table of polka-dot-lining-white, which is not the denim",
         ));
+}
+
+#[test]
+fn files_are_compared_as_the_pictures_that_they_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let [png, exr, other] = ["a.png", "a.exr", "b.png"].map(|name| folder.path().join(name));
+    let cloth = direct(&library("denim"));
+    let rendered = render(&Shape::Sphere, &cloth, &VIEW, Progress::silent()).unwrap();
+    let shown = Display::of(&rendered, 0.0);
+    fs::write(&png, shown.to_png(&[]).unwrap()).unwrap();
+    // What was shown is read back, to the bit.
+    let read = Picture::from_bytes(&fs::read(&png).unwrap()).unwrap();
+    assert_eq!(Display::of(&read, 0.0), shown);
+
+    picture(&["sphere", "denim", "--evaluator", "quadrature:8"], &exr).success();
+    picture(&["sphere", "denim", "--light-deg", "20"], &other).success();
+    let compared = |args: &[&Path]| {
+        let mut command = Command::cargo_bin("sateen").unwrap();
+        command.arg("compare").args(args).assert()
+    };
+    let flip = |a: &Path, b: &Path| -> f64 {
+        let assert = compared(&[a, b, Path::new("--json")]).success();
+        let json: Value = serde_json::from_slice(&assert.get_output().stdout).unwrap();
+        json["flip"]["mean"].as_f64().unwrap()
+    };
+    assert_eq!(flip(&png, &png), 0.0);
+    // The PNG lacks what eight bits cannot hold.
+    assert!(flip(&png, &exr) < 3e-3, "{}", flip(&png, &exr));
+    assert!(flip(&other, &exr) > 0.05);
+
+    let limit = [&other, &png, Path::new("--max-flip"), Path::new("0.01")];
+    compared(&limit).code(3).stdout(contains("FLIP"));
+    let small = folder.path().join("small.png");
+    Command::cargo_bin("sateen")
+        .unwrap()
+        .args(["render", "sphere", "denim", "--size", "8", "-o"])
+        .arg(&small)
+        .assert()
+        .success();
+    compared(&[&small, &png])
+        .code(1)
+        .stderr(contains("8 × 8 pixels").and(contains("of the same size")));
+    let none = folder.path().join("none.png");
+    fs::write(&none, "no picture").unwrap();
+    compared(&[&none, &png])
+        .code(1)
+        .stderr(contains("none.png").and(contains("neither PNG nor EXR")));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use image::{ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
 /// The most bytes of an image file.
 pub const MAX_IMAGE_BYTES: usize = 64 << 20;
@@ -24,27 +24,7 @@ impl Image {
     /// # Errors
     /// What is wrong with the bytes, or that there are too many.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        if bytes.len() > MAX_IMAGE_BYTES {
-            return Err(format!("it has more than {MAX_IMAGE_BYTES} bytes"));
-        }
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        limits.max_alloc = Some(MAX_DECODED_BYTES);
-        let mut reader = ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|error| error.to_string())?;
-        reader.limits(limits);
-        if !matches!(
-            reader.format(),
-            Some(ImageFormat::Png | ImageFormat::OpenExr)
-        ) {
-            return Err("it is neither PNG nor EXR".to_owned());
-        }
-        let decoded = reader
-            .decode()
-            .map_err(|error| error.to_string())?
-            .into_rgb32f();
+        let decoded = decode(bytes)?.into_rgb32f();
         let (width, height) = (decoded.width() as usize, decoded.height() as usize);
         let pixels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
         if pixels.is_empty() || pixels.iter().flatten().any(|value| !value.is_finite()) {
@@ -75,6 +55,28 @@ impl Image {
     pub(super) fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
     }
+}
+
+/// Decodes a PNG or EXR file that is not too large.
+pub(crate) fn decode(bytes: &[u8]) -> Result<DynamicImage, String> {
+    if bytes.len() > MAX_IMAGE_BYTES {
+        return Err(format!("it has more than {MAX_IMAGE_BYTES} bytes"));
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_DECODED_BYTES);
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| error.to_string())?;
+    reader.limits(limits);
+    if !matches!(
+        reader.format(),
+        Some(ImageFormat::Png | ImageFormat::OpenExr)
+    ) {
+        return Err("it is neither PNG nor EXR".to_owned());
+    }
+    reader.decode().map_err(|error| error.to_string())
 }
 
 /// IEC 61966-2-1: what a PNG stores to linear.

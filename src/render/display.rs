@@ -1,4 +1,4 @@
-//! What a screen shows of a picture, and PNG.
+//! What a screen shows of a picture, PNG, and pictures that others have made.
 //!
 //! ```text
 //! value = 255 (2^EV L)^(1/2.2), at most 255
@@ -9,7 +9,10 @@
 
 use ::png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
 
+use image::DynamicImage;
+
 use super::Picture;
+use crate::pattern::decode_image;
 
 /// The exponent of the screen.
 const EXPONENT: f64 = 1.0 / 2.2;
@@ -84,5 +87,38 @@ impl Display {
         writer.write_image_data(self.pixels.as_flattened())?;
         writer.finish()?;
         Ok(bytes)
+    }
+}
+
+impl Picture {
+    /// Decodes an EXR, which is linear, or a PNG, as [`Display`] shows pictures at an exposure of 0. What has no alpha is covered all over.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes, or that there are too many.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let decoded = decode_image(bytes)?;
+        let is_linear = matches!(
+            decoded,
+            DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+        );
+        let decoded = decoded.into_rgba32f();
+        let linear = |[r, g, b, coverage]: [f32; 4]| {
+            let radiance = |value: f32| (f64::from(value).powf(1.0 / EXPONENT) as f32) * coverage;
+            let [r, g, b] = [r, g, b].map(radiance);
+            [r, g, b, coverage]
+        };
+        let picture = Self {
+            width: decoded.width() as usize,
+            height: decoded.height() as usize,
+            pixels: decoded
+                .pixels()
+                .map(|pixel| if is_linear { pixel.0 } else { linear(pixel.0) })
+                .collect(),
+        };
+        let values = || picture.pixels.as_flattened().iter();
+        if values().len() == 0 || !values().all(|value| value.is_finite()) {
+            return Err("it has no pixels, or such as are no numbers".to_owned());
+        }
+        Ok(picture)
     }
 }

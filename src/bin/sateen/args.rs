@@ -37,6 +37,7 @@ pub(crate) enum Verb {
     Scene(ExplainArgs),
     Record(RecordArgs),
     Export(ExportArgs),
+    Compare(CompareArgs),
 }
 
 /// List the fabrics of the library.
@@ -444,6 +445,23 @@ pub(crate) struct ExportArgs {
     #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
     /// Print sizes and errors as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Tell how far a picture, as an engine's screenshot, looks from one that is right.
+///
+/// PNG or EXR files, as `sateen render` writes them: a PNG shows radiance by the power 1/2.2. What is black or transparent in both is left out.
+#[derive(clap::Args)]
+pub(crate) struct CompareArgs {
+    /// The picture.
+    pub(crate) picture: PathBuf,
+    /// The truth.
+    pub(crate) truth: PathBuf,
+    /// The most mean FLIP, from 0 to 1; beyond it the exit status is 3.
+    #[arg(long, value_name = "E", value_parser = parse_share)]
+    pub(crate) max_flip: Option<f64>,
+    /// Print the differences as JSON.
     #[arg(long)]
     pub(crate) json: bool,
 }

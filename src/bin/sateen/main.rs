@@ -4,6 +4,7 @@
 
 mod args;
 mod bake;
+mod compare;
 mod eval;
 mod export;
 mod fabrics;
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Verb::Scene(args) => scene::run(&args),
         Verb::Record(args) => record::run(&args),
         Verb::Export(args) => export::run(&args),
+        Verb::Compare(args) => compare::run(&args),
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

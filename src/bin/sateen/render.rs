@@ -13,7 +13,7 @@ use sateen::render::{
     curtain, curves, curves_csv, curves_svg, load_mesh, render, to_exr, trousers,
 };
 use sateen::table::Table;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::{Compared, Direction, Evaluator, PictureArgs, RenderArgs, SceneArg};
@@ -475,32 +475,42 @@ fn numbers(comparison: &Comparison) -> Vec<(&'static str, String)> {
 }
 
 fn tell(comparison: &Comparison, looks: &[Look], args: &PictureArgs) -> Result<()> {
+    let factor = comparison.factor;
+    let names = [&*looks[0].name, &looks[1].name];
+    if args.json {
+        let mut json = comparison_json(names, comparison);
+        json["factor"] = json!(factor);
+        return print_json(&json);
+    }
+    print(&comparison_text(names, comparison))?;
+    if factor > 1.0 {
+        say(&format!("the difference is shown {factor} times as large"));
+    }
+    Ok(())
+}
+
+/// How far two pictures of these names are apart.
+pub(crate) fn comparison_json([a, b]: [&str; 2], comparison: &Comparison) -> Value {
+    json!({
+        "a": a,
+        "b": b,
+        "flip": { "mean": comparison.flip_mean, "max": comparison.flip_max },
+        "rmse": comparison.rmse,
+        "mean_relative_error": comparison.mean_relative_error,
+    })
+}
+
+/// The same, for people.
+pub(crate) fn comparison_text([a, b]: [&str; 2], comparison: &Comparison) -> String {
     let Comparison {
         flip_mean,
         flip_max,
         rmse,
         mean_relative_error,
-        factor,
         ..
     } = comparison;
-    if args.json {
-        return print_json(&json!({
-            "a": looks[0].name,
-            "b": looks[1].name,
-            "flip": { "mean": flip_mean, "max": flip_max },
-            "rmse": rmse,
-            "mean_relative_error": mean_relative_error,
-            "factor": factor,
-        }));
-    }
-    print(&format!(
-        "{} against {}\n  FLIP                 mean {flip_mean:.5}, at most {flip_max:.4}\n  RMSE                 {rmse:.3e}\n  mean relative error  {:.3} %\n",
-        looks[0].name,
-        looks[1].name,
+    format!(
+        "{a} against {b}\n  FLIP                 mean {flip_mean:.5}, at most {flip_max:.4}\n  RMSE                 {rmse:.3e}\n  mean relative error  {:.3} %\n",
         100.0 * mean_relative_error
-    ))?;
-    if factor > &1.0 {
-        say(&format!("the difference is shown {factor} times as large"));
-    }
-    Ok(())
+    )
 }

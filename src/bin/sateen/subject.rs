@@ -135,7 +135,7 @@ fn parse_fabric(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<F
 }
 
 /// A file's bytes, at most `limit`.
-fn read(path: &str, limit: u64) -> Result<Vec<u8>> {
+pub(crate) fn read(path: &str, limit: u64) -> Result<Vec<u8>> {
     let cannot = || format!("cannot read {path}");
     let mut bytes = Vec::new();
     let file = File::open(path).with_context(cannot)?;
@@ -143,7 +143,7 @@ fn read(path: &str, limit: u64) -> Result<Vec<u8>> {
         .read_to_end(&mut bytes)
         .with_context(cannot)?;
     if bytes.len() as u64 > limit {
-        bail!("cannot read {path}: it has more than {limit} bytes, more than any fabric or table");
+        bail!("cannot read {path}: it has more than {limit} bytes, more than any such file needs");
     }
     Ok(bytes)
 }
