@@ -137,6 +137,12 @@ class Viewer {
     }
   }
 
+  /** Has the shader of what is to be shown compiled, beside what this page does meanwhile. */
+  compile() {
+    this.update();
+    this.#renderer.compile(this.#scene, this.#camera);
+  }
+
   draw() {
     this.#light();
     this.#renderer.render(this.#scene, this.#camera);
@@ -157,6 +163,7 @@ class Viewer {
         document.body.dataset.firstFrame = Math.round(performance.now());
       }
       document.body.dataset.frames = Number(document.body.dataset.frames ?? 0) + 1;
+      document.body.dataset.shown = this.cloth.name;
       this.#tell();
     });
   }
@@ -241,7 +248,7 @@ async function open(viewer, name, bytes) {
     if (cloth.size.some((length) => length > side)) {
       throw new FileError(`its texture is ${cloth.size.join(' × ')}, and this machine's are at most ${side} a side; export it smaller`);
     }
-    viewer.cloth.set(cloth);
+    viewer.cloth.set(name, cloth);
     viewer.timer.reset();
     describe(viewer, cloth);
     complain('');
@@ -422,7 +429,9 @@ async function start() {
   const viewer = new Viewer(await lookup);
   listen(viewer);
   viewer.resize();
-  await openAddress(viewer, address);
+  const opened = openAddress(viewer, address);
+  viewer.compile();
+  await opened;
 }
 
 start();

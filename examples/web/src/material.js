@@ -127,8 +127,9 @@ export class Cloth {
     };
   }
 
-  /** Takes what load.js returns. */
-  set(cloth) {
+  /** Takes what load.js returns, and what it is called. */
+  set(name, cloth) {
+    this.name = name;
     this.uniforms.volume.value?.dispose();
     this.uniforms.parameters.value?.dispose();
     const volume = new Data3DTexture(cloth.texels, ...cloth.size);

@@ -171,7 +171,7 @@ class Ladder {
       let sum = 0;
       for (const line of lines) {
         const start = from + width * Math.min(Math.floor((line.at - from) / width), parts - 1);
-        sum += line.error(start, start + width);
+        sum += errorOf(line, start, start + width);
       }
       return sum / this.lines.length;
     };
@@ -228,18 +228,17 @@ function linesOf(grid, axis, unit) {
   }
   const mean = [0, 1].map((channel) => lines.reduce((sum, line) => sum + line.truth[channel], 0) / POINTS);
   for (const line of lines) {
-    const over = line.truth.map((value, channel) => 0.5 / Math.max(value + FLOOR * mean[channel], 1e-30));
-    line.error = (from, to) => {
-      const t = (line.at - from) / (to - from);
-      let sum = 0;
-      for (const channel of [0, 1]) {
-        const root = (1 - t) * line.roots[2 * from + channel] + t * line.roots[2 * to + channel];
-        sum += over[channel] * Math.abs(root * root - line.truth[channel]);
-      }
-      return sum;
-    };
+    line.over = line.truth.map((value, channel) => 0.5 / Math.max(value + FLOOR * mean[channel], 1e-30));
   }
   return lines;
+}
+
+/** What a straight line between two places errs at the point that a line goes through. Called a million times. */
+function errorOf({ at, roots, truth, over }, from, to) {
+  const t = (at - from) / (to - from);
+  const s = (1 - t) * roots[2 * from] + t * roots[2 * to];
+  const v = (1 - t) * roots[2 * from + 1] + t * roots[2 * to + 1];
+  return over[0] * Math.abs(s * s - truth[0]) + over[1] * Math.abs(v * v - truth[1]);
 }
 
 function stridesOf(axes) {

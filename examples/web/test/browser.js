@@ -45,11 +45,13 @@ export const skipTool = skipBrowser || unless(TOOL !== undefined, 'there is no s
 const verbs = TOOL ? spawnSync(TOOL, ['--help'], { encoding: 'utf8' }).stdout : '';
 export const skipExport = skipTool || unless(/^\s*export\b/m.test(verbs), 'this sateen does not export');
 
+/** What the tool prints. */
 export function sateen(...args) {
-  const { status, stderr } = spawnSync(TOOL, ['--quiet', ...args], { encoding: 'utf8' });
+  const { status, stdout, stderr } = spawnSync(TOOL, ['--quiet', ...args], { encoding: 'utf8' });
   if (status !== 0) {
     throw new Error(`sateen ${args.join(' ')}: ${stderr}`);
   }
+  return stdout;
 }
 
 /** A browser and the page's address. */
@@ -83,6 +85,11 @@ export function drawn(page) {
 /** Waits until what was asked for has been drawn, given how many frames there were before. */
 export function drawnSince(page, frames) {
   return page.waitForFunction((frames) => Number(document.body.dataset.frames) > frames, frames, { timeout: 120_000 });
+}
+
+/** Waits until the cloth of that file has been drawn. */
+export function shown(page, name) {
+  return page.waitForFunction((name) => document.body.dataset.shown === name, name, { timeout: 120_000 });
 }
 
 export function frames(page) {
