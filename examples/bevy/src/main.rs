@@ -7,7 +7,7 @@ use std::f32::consts::PI;
 use std::path::{Path, PathBuf};
 
 use bevy::app::AppExit;
-use bevy::asset::{AssetPath, UnapprovedPathMode};
+use bevy::asset::AssetPath;
 use bevy::camera::Exposure;
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::prelude::*;
@@ -15,12 +15,14 @@ use bevy::prelude::*;
 use sateen_bevy::{Cloth, ClothPlugin, ClothSettings};
 
 const USAGE: &str = "\
-usage: sateen-bevy [TABLE] [--mib N] [--screenshot OUT.png [--size N]]
+usage: sateen-bevy [TABLE] [OPTIONS]
 
-TABLE           a .sateen file [default: denim of examples/web/tables]
---mib N         the most MiB of its volume, 1 to 64 [default: 1]
---screenshot F  write the sphere, as `sateen render sphere` has it, and exit
---size N        rows of that, 1 to 4096 [default: 512]";
+TABLE                    a .sateen file [default: denim of examples/web/tables]
+--mib N                  the most MiB of its volume, 1 to 64 [default: 1]
+--screenshot FILE        write the sphere of `sateen render`, as PNG, and exit; of that picture:
+--size N                 rows, 1 to 4096 [default: 512]
+--light-deg A            how far the light is turned from the camera to the right [default: 0]
+--light-elevation-deg A  how far it is raised [default: 0]";
 
 const DENIM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../web/tables/denim.sateen");
 
@@ -40,6 +42,8 @@ struct Options {
     max_bytes: usize,
     screenshot: Option<PathBuf>,
     size: u32,
+    light_deg: f32,
+    light_elevation_deg: f32,
 }
 
 impl Options {
@@ -49,17 +53,25 @@ impl Options {
             max_bytes: 1 << 20,
             screenshot: None,
             size: 512,
+            light_deg: 0.0,
+            light_elevation_deg: 0.0,
         };
         while let Some(arg) = args.next() {
             let mut value = || args.next().ok_or(format!("{arg} needs a value"));
-            let number = |text: String, most: u32| match text.parse() {
+            let count = |text: String, most: u32| match text.parse() {
                 Ok(number) if (1..=most).contains(&number) => Ok(number),
                 _ => Err(format!("{arg} {text}: not a number from 1 to {most}")),
             };
+            let angle = |text: String| match text.parse::<f32>() {
+                Ok(angle) if angle.is_finite() => Ok(angle),
+                _ => Err(format!("{arg} {text}: not an angle in degrees")),
+            };
             match arg.as_str() {
-                "--mib" => options.max_bytes = (number(value()?, 64)? as usize) << 20,
+                "--mib" => options.max_bytes = (count(value()?, 64)? as usize) << 20,
                 "--screenshot" => options.screenshot = Some(value()?.into()),
-                "--size" => options.size = number(value()?, 4096)?,
+                "--size" => options.size = count(value()?, 4096)?,
+                "--light-deg" => options.light_deg = angle(value()?)?,
+                "--light-elevation-deg" => options.light_elevation_deg = angle(value()?)?,
                 _ if arg.starts_with('-') => return Err(format!("{arg}: no such option")),
                 _ => options.table = arg.into(),
             }
@@ -79,7 +91,6 @@ fn run(options: Options) -> AppExit {
     let folder = table.parent().unwrap_or(Path::new("/"));
     let assets = AssetPlugin {
         file_path: folder.to_string_lossy().into_owned(),
-        unapproved_path_mode: UnapprovedPathMode::Forbid,
         ..default()
     };
     let mut app = App::new();
@@ -107,16 +118,17 @@ fn load(assets: &AssetServer, options: &Options) -> Handle<Cloth> {
         .load(AssetPath::from_path(Path::new(name)))
 }
 
-/// A light from +z, turned, under which a white Lambertian surface that faces it has radiance 1 at Bevy's default exposure: its
-/// irradiance is π.
-fn light(turn: Quat) -> impl Bundle {
-    let illuminance = PI / Exposure::default().exposure();
+/// A light that is turned from +z to the right and raised, in degrees, with or without shadows. Under it a white Lambertian surface that
+/// faces it has radiance 1 at Bevy's default exposure: its irradiance is π.
+fn light(azimuth: f32, elevation: f32, shadow_maps_enabled: bool) -> impl Bundle {
+    let [y, x] = [azimuth, -elevation].map(f32::to_radians);
     (
         DirectionalLight {
-            illuminance,
+            illuminance: PI / Exposure::default().exposure(),
+            shadow_maps_enabled,
             ..default()
         },
-        Transform::from_rotation(turn),
+        Transform::from_rotation(Quat::from_euler(EulerRot::YXZ, y, x, 0.0)),
     )
 }
 
@@ -142,7 +154,7 @@ fn scene(
         MeshMaterial3d(cloth),
         Transform::from_xyz(1.3, 0.0, 0.0),
     ));
-    commands.spawn(light(Quat::from_euler(EulerRot::YXZ, 0.6, -0.5, 0.0)));
+    commands.spawn(light(35.0, 30.0, true));
     // Not Bevy's default, which needs the feature `tonemapping_luts`.
     commands.spawn((Camera3d::default(), Tonemapping::None, Transform::default()));
 }

@@ -16,7 +16,7 @@ use bevy::render::render_resource::{TextureFormat, TextureUsages};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 
-use crate::{Options, load, surface};
+use crate::{Options, light, load, surface};
 use sateen_bevy::Cloth;
 
 /// Half the height of the picture is 1.
@@ -63,7 +63,7 @@ pub(crate) fn scene(
         Mesh3d(meshes.add(surface::sphere(RADIUS))),
         MeshMaterial3d(cloth),
     ));
-    commands.spawn(crate::light(Quat::IDENTITY));
+    commands.spawn(light(options.light_deg, options.light_elevation_deg, false));
 
     let mut target =
         Image::new_target_texture(options.size, options.size, TextureFormat::Rgba32Float, None);
@@ -132,7 +132,7 @@ fn write(path: &Path, size: u32, pixels: &[[f32; 4]]) -> Result<(), png::Encodin
     writer.finish()
 }
 
-/// Ends where there is nothing to wait for.
+/// Ends where there is nothing more to wait for.
 pub(crate) fn give_up(
     assets: Res<AssetServer>,
     time: Res<Time<Real>>,
@@ -140,8 +140,8 @@ pub(crate) fn give_up(
     mut exit: MessageWriter<AppExit>,
 ) {
     match assets.load_state(&waiting.cloth) {
-        LoadState::Failed(error) => {
-            eprintln!("{error}");
+        // Bevy has logged why.
+        LoadState::Failed(_) => {
             exit.write(AppExit::error());
         }
         LoadState::Loaded => waiting.seconds += time.delta_secs(),

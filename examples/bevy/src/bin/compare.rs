@@ -1,4 +1,5 @@
-//! How far a picture is from another: `compare A.png B.png`, of the same size, RGBA of eight bits each.
+//! How far a picture is from another: `compare A.png B.png MOST`, of the same size, RGBA of eight bits each. Fails where the mean
+//! difference is more than MOST of 255.
 
 use std::error::Error;
 use std::fs::File;
@@ -13,17 +14,19 @@ struct Picture {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let paths: Vec<String> = std::env::args().skip(1).collect();
-    let [a, b] = paths.as_slice() else {
-        return Err("usage: compare A.png B.png".into());
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let usage = "usage: compare A.png B.png MOST";
+    let [a, b, most] = arguments.as_slice() else {
+        return Err(usage.into());
     };
+    let most: f64 = most.parse().map_err(|_| usage)?;
     let read = |path: &String| read(path).map_err(|error| format!("{path}: {error}"));
     let (a, b) = (read(a)?, read(b)?);
     if (a.width, a.height) != (b.width, b.height) {
         return Err("the pictures differ in size".into());
     }
     let flip = nv_flip::flip(b.shown(), a.shown(), DEFAULT_PIXELS_PER_DEGREE).to_vec();
-    let (mut covered, mut by_one, mut sum, mut most, mut flip_sum) = (0, 0, 0.0, 0, 0.0);
+    let (mut covered, mut by_one, mut sum, mut largest, mut flip_sum) = (0, 0, 0.0, 0, 0.0);
     for ((a, b), flip) in a.pixels.iter().zip(&b.pixels).zip(flip) {
         if a[3] == 0 && b[3] == 0 {
             continue;
@@ -33,16 +36,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         flip_sum += f64::from(flip);
         for (a, b) in a.iter().zip(b).take(3) {
             sum += f64::from(a.abs_diff(*b)) / 3.0;
-            most = most.max(a.abs_diff(*b));
+            largest = largest.max(a.abs_diff(*b));
         }
     }
-    let count = f64::from(covered.max(1));
+    let mean = sum / f64::from(covered.max(1));
+    let flip = flip_sum / f64::from(covered.max(1));
     println!("{covered} pixels covered, {by_one} of them by one picture alone");
-    println!(
-        "mean difference {:.3} of 255, at most {most}; mean FLIP {:.5}",
-        sum / count,
-        flip_sum / count
-    );
+    println!("mean difference {mean:.3} of 255, at most {largest}; mean FLIP {flip:.4}");
+    if covered == 0 || mean > most {
+        return Err(format!("the mean difference should be at most {most}").into());
+    }
     Ok(())
 }
 
