@@ -3,7 +3,7 @@
 #
 #     scripts/bevy.sh [FOLDER]      default: examples/bevy/target/pictures; ten minutes, Bevy's build, the first time
 #
-# SATEEN=PATH takes that tool; else it is built. Fails where the mean difference is more than a half of 255. Where the driver is missing
+# SATEEN=PATH takes that tool; else it is built. Fails where mean FLIP is more than 0.012. Where the driver is missing
 # (Debian: mesa-vulkan-drivers), it says so and tests nothing; with SATEEN_REQUIRE_ALL=1 that is an error.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -18,7 +18,7 @@ if [[ -z ${SATEEN:-} ]]; then
     cargo build --quiet --release --locked
     SATEEN=${CARGO_TARGET_DIR:-target}/release/sateen
 fi
-cargo build --quiet --locked --manifest-path examples/bevy/Cargo.toml --features compare
+cargo build --quiet --locked --manifest-path examples/bevy/Cargo.toml
 built=${CARGO_TARGET_DIR:-examples/bevy/target}/debug
 
 table=examples/web/tables/denim.sateen
@@ -30,7 +30,7 @@ picture() {
     "$SATEEN" --quiet render sphere "$table" --samples 1 -o "$folder/$name-sateen.png" "$@"
     RUST_LOG=${RUST_LOG:-error} "$built/sateen-bevy" "$table" --mib "$mib" --screenshot "$folder/$name-bevy.png" "$@"
     echo "$name, volume of $mib MiB"
-    "$built/compare" "$folder/$name-bevy.png" "$folder/$name-sateen.png" 0.5
+    "$SATEEN" compare "$folder/$name-bevy.png" "$folder/$name-sateen.png" --max-flip 0.012
 }
 picture camera 1
 picture camera 8
