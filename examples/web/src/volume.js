@@ -215,14 +215,17 @@ function linesOf(grid, axis, unit) {
       }
     }
     const at = ({ first, weights }, channel) => {
-      const sum = weights.reduce((sum, weight, tap) => sum + weight * row[2 * (first + tap) + channel], 0);
+      let sum = 0;
+      for (let tap = 0; tap < weights.length; tap++) {
+        sum += weights[tap] * row[2 * (first + tap) + channel];
+      }
       return grid.isRoot ? Math.max(sum, 0) : Math.sqrt(Math.max(sum, 0));
     };
     const roots = new Float32Array(2 * places.length);
-    places.forEach((place, k) => {
-      roots[2 * k] = at(place, 0);
-      roots[2 * k + 1] = at(place, 1);
-    });
+    for (let k = 0; k < places.length; k++) {
+      roots[2 * k] = at(places[k], 0);
+      roots[2 * k + 1] = at(places[k], 1);
+    }
     const own = along.weights(u[axis]);
     lines.push({ at: u[axis] * unit, roots, truth: [at(own, 0) ** 2, at(own, 1) ** 2] });
   }
@@ -333,7 +336,8 @@ function rowsOf(grid, axis, { depth, places }) {
 function contract(coefficients, lengths, rows) {
   let values = coefficients;
   const counts = [...lengths];
-  for (const axis of [3, 2, 1, 0]) {
+  // Those first that have fewer nodes than coefficients: what is left for the others is less.
+  for (const axis of [2, 1, 3, 0]) {
     const inner = 2 * counts.slice(0, axis).reduce((a, b) => a * b, 1);
     const outer = counts.slice(axis + 1).reduce((a, b) => a * b, 1);
     const next = new Float32Array(inner * rows[axis].length * outer);
