@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
 # Builds the library for C and C++ and installs it, with its header, a CMake package and a pkg-config file:
 #
-#     scripts/capi.sh DIR [--lean] [--quick]
+#     scripts/capi.sh DIR [--lean] [--no-zstd] [--quick]
 #
-# DIR/include/sateen.h, DIR/lib/libsateen.a, libsateen.so, cmake/sateen/, pkgconfig/sateen.pc. --lean leaves zstd and Rust's standard
-# library out: tables written by `sateen bake --stored` alone, a third of the bytes, static alone. --quick builds it as fast as can be, to test it.
+# DIR/include/sateen.h, DIR/lib/libsateen.a, libsateen.so, cmake/sateen/, pkgconfig/sateen.pc. --lean leaves Rust's standard library out: a
+# third of the bytes, static alone. --no-zstd leaves the decoder out, for tables written by `sateen bake --stored` alone. --quick builds it as
+# fast as can be, to test it.
 set -euo pipefail
-prefix=${1:?usage: scripts/capi.sh DIR [--lean] [--quick]}
+prefix=${1:?usage: scripts/capi.sh DIR [--lean] [--no-zstd] [--quick]}
 shift
-features=ffi,zstd
+features=ffi,std
+zstd=,zstd
 profile=capi
 types=staticlib,cdylib
 for option in "$@"; do
@@ -18,6 +20,7 @@ for option in "$@"; do
         types=staticlib
         export CARGO_PROFILE_CAPI_OPT_LEVEL=s CARGO_PROFILE_DEV_PANIC=abort
         ;;
+    --no-zstd) zstd= ;;
     --quick) profile=dev ;;
     *)
         echo "capi.sh: unknown option $option" >&2
@@ -34,7 +37,7 @@ if [ "$profile" = dev ]; then
     folder=$target/debug
     export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
 fi
-cargo rustc --locked --quiet --lib --profile "$profile" --no-default-features --features "$features" \
+cargo rustc --locked --quiet --lib --profile "$profile" --no-default-features --features "$features$zstd" \
     --crate-type "$types"
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 

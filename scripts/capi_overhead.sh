@@ -25,7 +25,7 @@ name = "overhead"
 path = "$root/scripts/capi_overhead.rs"
 
 [dependencies]
-sateen = { path = "$root", default-features = false, features = ["zstd"] }
+sateen = { path = "$root", default-features = false, features = ["std", "zstd"] }
 
 [profile.capi]
 inherits = "release"

@@ -9,7 +9,7 @@ for component in rustfmt clippy; do
     cargo "${component/rustfmt/fmt}" --version >/dev/null 2>&1 || rustup component add "$component"
 done
 cargo fmt --check
-for layer in ffi,libm,small zstd shader render scene report export; do
+for layer in ffi,libm,small zstd,libm shader render scene report export; do
     echo "layer $layer"
     cargo clippy --locked --quiet --lib --no-default-features --features "$layer" -- -D warnings
 done
@@ -20,7 +20,7 @@ for layer in std bake; do
 done
 # Those of the core pass as an engine has it: all of them, since none at all would pass, too.
 count=$(grep -c '^#\[test\]' tests/core.rs)
-for layer in std libm; do
+for layer in std libm,small; do
     result=$(scripts/core.sh test --quiet --lib --features "$layer")
     echo "core with $layer: $result"
     [[ $result == *"ok. $count passed"* ]]

@@ -26,6 +26,7 @@ sateen = { path = "$root", default-features = false }
 [features]
 std = ["sateen/std"]
 libm = ["sateen/libm"]
+small = ["sateen/small"]
 zstd = ["sateen/zstd"]
 bake = ["sateen/bake"]
 

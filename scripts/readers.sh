@@ -2,14 +2,18 @@
 # Exports read by tools of others: KTX2 by ktx-parse (npm), EXR by OpenImageIO (PyPI), each against the raw texels. Not part of
 # check.sh, since it fetches both:
 #
-#     scripts/readers.sh denim.sateen
+#     scripts/readers.sh denim.sateen        SATEEN=PATH takes that tool; else it is built
 set -euo pipefail
 cd "$(dirname "$0")/.."
 table=$(realpath "$1")
 work=${SATEEN_READERS:-"${TMPDIR:-/tmp}/sateen-readers"}
 mkdir -p "$work"
+if [[ -z ${SATEEN:-} ]]; then
+    cargo build --quiet --release --locked
+    SATEEN=$(realpath "${CARGO_TARGET_DIR:-target}/release/sateen")
+fi
 export_as() {
-    cargo run --quiet --release --locked -- --quiet export "$table" --pairs 64 --format "$1" -o "$work/$2" "${@:3}"
+    "$SATEEN" --quiet export "$table" --pairs 64 --format "$1" -o "$work/$2" "${@:3}"
 }
 export_as raw volume.bin
 export_as ktx2 plain.ktx2 --no-supercompression

@@ -4,6 +4,7 @@
 mod common;
 
 use common::{fabric, hostile_directions, tiny_table};
+use rayon::prelude::*;
 use sateen::bake::{Direct, Settings, bake};
 use sateen::fabric::{Fabric, LIBRARY};
 use sateen::lookup::Quantity;
@@ -100,7 +101,7 @@ fn levels() -> impl Iterator<Item = Level> {
 
 #[test]
 fn batches_of_every_fabric_agree_with_single_lookups() {
-    for entry in LIBRARY {
+    LIBRARY.par_iter().for_each(|entry| {
         let table = tiny_table(entry.name);
         let pairs = Pairs::protocol(&entry.load());
         let one_by_one = |eval: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| -> Vec<[f32; 3]> {
@@ -123,7 +124,7 @@ fn batches_of_every_fabric_agree_with_single_lookups() {
             pairs.assert_close(&name, &at(Quantity::Brdf, &[]), &brdf, LOOKUP);
             pairs.assert_close(&name, &at(Quantity::Rho, &[[0.9, 0.5, 0.1]]), &dyed, LOOKUP);
         }
-    }
+    });
 }
 
 #[test]

@@ -514,7 +514,7 @@ fn a_light_outside_its_range_is_not_foreseen() {
 
 #[test]
 fn needs_are_the_same_on_any_number_of_threads() {
-    let scene = Scene::load(&sample("product-shot")).unwrap();
+    let scene = thinned(Scene::load(&sample("product-shot")).unwrap());
     let [one, two] = [1, 2].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap().install(|| needs(&scene))

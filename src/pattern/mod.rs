@@ -10,6 +10,7 @@ mod parse;
 
 use std::io;
 
+#[cfg(feature = "render")]
 pub(crate) use image::decode as decode_image;
 pub use image::{Image, MAX_IMAGE_BYTES};
 pub use parse::PatternError;

@@ -375,11 +375,15 @@ fn decode<'a>(
 #[cfg(feature = "zstd")]
 fn decompress(stored: &[u8], decoded_bytes: usize) -> Result<Vec<u8>, Error> {
     let most = (stored.len() / BLOCK_BYTES).saturating_mul(DECODED_BLOCK_BYTES);
-    let recorded = zstd::bulk::Decompressor::upper_bound(stored);
-    if decoded_bytes > most || recorded != Some(decoded_bytes) {
+    let recorded = zstd_safe::get_frame_content_size(stored).ok().flatten();
+    if decoded_bytes > most || recorded != Some(decoded_bytes as u64) {
         return Err(Error::Decompression);
     }
-    zstd::bulk::decompress(stored, decoded_bytes).map_err(|_| Error::Decompression)
+    let mut decoded = vec![0; decoded_bytes];
+    match zstd_safe::decompress(&mut decoded[..], stored) {
+        Ok(length) if length == decoded_bytes => Ok(decoded),
+        _ => Err(Error::Decompression),
+    }
 }
 
 #[cfg(not(feature = "zstd"))]
@@ -1062,7 +1066,10 @@ mod write {
                 before,
             } => (Codec::ZstdPlanes, split_planes(&bytes, word, before)),
         };
-        let stored = zstd::bulk::compress(&bytes, LEVEL).map_err(|_| Error::Decompression)?;
+        let mut stored = vec![0; zstd_safe::compress_bound(bytes.len())];
+        let length = zstd_safe::compress(&mut stored[..], &bytes, LEVEL)
+            .map_err(|_| Error::Decompression)?;
+        stored.truncate(length);
         Ok((codec, stored))
     }
 
