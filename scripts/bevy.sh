@@ -6,8 +6,9 @@
 # SATEEN=PATH takes that tool; else it is built. Fails where mean FLIP is more than 0.012. Where the driver is missing
 # (Debian: mesa-vulkan-drivers), it says so and tests nothing; with SATEEN_REQUIRE_ALL=1 that is an error.
 set -euo pipefail
+folder=$(realpath -m "${1:-$(dirname "$0")/../examples/bevy/target/pictures}")
+[[ -z ${SATEEN:-} ]] || SATEEN=$(realpath "$SATEEN")
 cd "$(dirname "$0")/.."
-folder=${1:-examples/bevy/target/pictures}
 export VK_ICD_FILENAMES=${VK_ICD_FILENAMES:-/usr/share/vulkan/icd.d/lvp_icd.$(uname -m).json}
 if [[ ! -e $VK_ICD_FILENAMES ]]; then
     echo "SKIPPED: Bevy is not tested: there is no $VK_ICD_FILENAMES" >&2
@@ -16,7 +17,7 @@ if [[ ! -e $VK_ICD_FILENAMES ]]; then
 fi
 if [[ -z ${SATEEN:-} ]]; then
     cargo build --quiet --release --locked
-    SATEEN=${CARGO_TARGET_DIR:-target}/release/sateen
+    SATEEN=$(realpath "${CARGO_TARGET_DIR:-target}/release/sateen")
 fi
 cargo build --quiet --locked --manifest-path examples/bevy/Cargo.toml
 built=${CARGO_TARGET_DIR:-examples/bevy/target}/debug

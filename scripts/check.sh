@@ -18,7 +18,7 @@ echo "layer bake"
 cargo clippy --locked --quiet --tests --no-default-features --features bake -- -D warnings
 # Those of the core pass as an engine has it: all of them, since none at all would pass, too.
 count=$(grep -c '^#\[test\]' tests/core.rs)
-for layer in std libm,small; do
+for layer in std libm,zstd libm,small; do
     result=$(scripts/core.sh test --quiet --lib --features "$layer")
     echo "core with $layer: $result"
     [[ $result == *"ok. $count passed"* ]]

@@ -4,8 +4,9 @@
 #
 #     scripts/readers.sh denim.sateen        SATEEN=PATH takes that tool; else it is built
 set -euo pipefail
-cd "$(dirname "$0")/.."
 table=$(realpath "$1")
+[[ -z ${SATEEN:-} ]] || SATEEN=$(realpath "$SATEEN")
+cd "$(dirname "$0")/.."
 work=${SATEEN_READERS:-"${TMPDIR:-/tmp}/sateen-readers"}
 mkdir -p "$work"
 if [[ -z ${SATEEN:-} ]]; then

@@ -42,7 +42,7 @@
 //! | feature | what it adds |
 //! |---|---|
 //! | `std`, `libm` | floating-point functions; one of the two is required, `std` wins |
-//! | `zstd` | loading of compressed tables, which is what `bake` writes |
+//! | `zstd` | loading of compressed tables, which is what `bake` writes, by zstd's code in C: it takes a C compiler for the target |
 //! | `small` | less code, at the price of some speed |
 //! | `ffi` | `ffi`: the functions of `sateen.h`, for C and C++ (`scripts/capi.sh` builds the libraries) |
 //! | `shader` | [`volume`]: a table as one 3D texture; [`shader`]: its lookup in WGSL, GLSL and HLSL |

@@ -10,8 +10,10 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 // Before Filament, which has a macro of a name that this uses.
@@ -33,7 +35,8 @@
 #include <filament/View.h>
 #include <filament/Viewport.h>
 #include <geometry/SurfaceOrientation.h>
-#include <math/norm.h>
+#include <math/vec3.h>
+#include <math/vec4.h>
 #include <stb/stb_image_write.h>
 #include <utils/EntityManager.h>
 
@@ -288,12 +291,12 @@ std::vector<uint8_t> draw(Engine &engine, const Arguments &arguments) {
 int main(int count, char **words) {
     try {
         const Arguments arguments = parse(count, words);
-        Engine *engine = Engine::create(Engine::Backend::OPENGL);
-        if (engine == nullptr) {
+        const auto close = [](Engine *engine) { Engine::destroy(&engine); };
+        const std::unique_ptr<Engine, decltype(close)> engine(Engine::create(Engine::Backend::OPENGL), close);
+        if (!engine) {
             throw std::runtime_error("Filament finds no OpenGL; without a screen, start this by xvfb-run");
         }
         const std::vector<uint8_t> pixels = draw(*engine, arguments);
-        Engine::destroy(&engine);
         const int side = int(arguments.size);
         if (stbi_write_png(arguments.picture.c_str(), side, side, 4, pixels.data(), 4 * side) == 0) {
             throw std::runtime_error("cannot write " + arguments.picture);

@@ -14,6 +14,9 @@ use image::DynamicImage;
 use super::Picture;
 use crate::pattern::decode_image;
 
+/// The most pixels of a picture that is read: those of the largest that the tool takes.
+const MAX_PIXELS: usize = 8192 * 4096;
+
 /// The exponent of the screen.
 const EXPONENT: f64 = 1.0 / 2.2;
 
@@ -97,6 +100,10 @@ impl Picture {
     /// What is wrong with the bytes, or that there are too many.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let decoded = decode_image(bytes)?;
+        let (width, height) = (decoded.width() as usize, decoded.height() as usize);
+        if width * height > MAX_PIXELS {
+            return Err(format!("it has more than {MAX_PIXELS} pixels"));
+        }
         let is_linear = matches!(
             decoded,
             DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
@@ -108,8 +115,8 @@ impl Picture {
             [r, g, b, coverage]
         };
         let picture = Self {
-            width: decoded.width() as usize,
-            height: decoded.height() as usize,
+            width,
+            height,
             pixels: decoded
                 .pixels()
                 .map(|pixel| if is_linear { pixel.0 } else { linear(pixel.0) })

@@ -8,10 +8,10 @@
 // (src/shader/lookup.rs, src/brdf, src/chart), where every step is derived; src/shader/mod.rs has the layout of the parameters.
 
 const float SATEEN_PI = 3.14159265358979;
-// Keeps quotients of nothing finite.
-const float SATEEN_TINY = 1e-30;
+// Keeps quotients of nothing finite. Products, since Godot writes literals anew, with 14 decimals.
+const float SATEEN_TINY = 1e-10 * 1e-10 * 1e-10;
 // A direction that rises less than this above a cylinder's horizon sees nothing of it.
-const float SATEEN_UNSEEN = 1e-18;
+const float SATEEN_UNSEEN = 1e-9 * 1e-9;
 // Where in the parameters threads begin, and how many each takes.
 const int SATEEN_HEADER = 2;
 const int SATEEN_THREAD = 7;

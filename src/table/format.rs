@@ -376,7 +376,8 @@ fn decode<'a>(
 fn decompress(stored: &[u8], decoded_bytes: usize) -> Result<Vec<u8>, Error> {
     let most = (stored.len() / BLOCK_BYTES).saturating_mul(DECODED_BLOCK_BYTES);
     let recorded = zstd_safe::get_frame_content_size(stored).ok().flatten();
-    if decoded_bytes > most || recorded != Some(decoded_bytes as u64) {
+    let is_one_frame = zstd_safe::find_frame_compressed_size(stored) == Ok(stored.len());
+    if decoded_bytes > most || recorded != Some(decoded_bytes as u64) || !is_one_frame {
         return Err(Error::Decompression);
     }
     let mut decoded = vec![0; decoded_bytes];

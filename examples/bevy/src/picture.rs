@@ -95,6 +95,9 @@ pub(crate) fn scene(
 /// Writes the first frame that has cloth in it.
 fn take(frame: On<ReadbackComplete>, options: Res<Options>, mut exit: MessageWriter<AppExit>) {
     let side = options.size as usize;
+    if frame.data.len() < side {
+        return;
+    }
     // Rows are padded.
     let rows = frame.data.chunks_exact(frame.data.len() / side);
     let pixels: Vec<[f32; 4]> = rows
@@ -144,8 +147,7 @@ pub(crate) fn give_up(
         LoadState::Failed(_) => {
             exit.write(AppExit::error());
         }
-        LoadState::Loaded => waiting.seconds += time.delta_secs(),
-        _ => (),
+        _ => waiting.seconds += time.delta_secs(),
     }
     if waiting.seconds > PATIENCE {
         eprintln!("nothing was drawn in {PATIENCE} seconds");

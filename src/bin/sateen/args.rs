@@ -449,9 +449,11 @@ pub(crate) struct ExportArgs {
     pub(crate) json: bool,
 }
 
-/// Tell how far a picture, as an engine's screenshot, looks from one that is right.
+/// Tell how far a picture, such as an engine's screenshot, looks from one that is right.
 ///
-/// PNG or EXR files, as `sateen render` writes them: a PNG shows radiance by the power 1/2.2. What is black or transparent in both is left out.
+/// PNG or EXR files of the same size, camera and framing. A PNG shows radiance by the power 1/2.2, as those of `sateen render` do, without
+/// other tone mapping; of an EXR of several layers the first is read. What is transparent in both is left out; a picture that is opaque all
+/// over has a black background, or none.
 #[derive(clap::Args)]
 pub(crate) struct CompareArgs {
     /// The picture.

@@ -8,7 +8,7 @@ use sateen::render::{Picture, compare};
 
 use crate::Outcome;
 use crate::args::CompareArgs;
-use crate::output::{print, print_json};
+use crate::output::{print, print_json, talk};
 use crate::render::{comparison_json, comparison_text};
 use crate::subject::read;
 
@@ -27,6 +27,9 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
             b.height
         );
     }
+    if [&a, &b].iter().all(|picture| is_empty(picture)) {
+        bail!("{} and {} show nothing", names[0], names[1]);
+    }
     let comparison = compare(&a, &b, 0.0);
     if args.json {
         print_json(&comparison_json(names, &comparison))?;
@@ -34,21 +37,29 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
         print(&comparison_text(names, &comparison))?;
     }
     match args.max_flip {
-        Some(most) if comparison.flip_mean > most => Ok(Outcome::OutOfTolerance),
+        Some(most) if !(comparison.flip_mean <= most) => {
+            let flip = comparison.flip_mean;
+            talk(&format!("{}: mean FLIP {flip:.5} exceeds {most}", names[0]));
+            Ok(Outcome::OutOfTolerance)
+        }
         _ => Ok(Outcome::Done),
     }
 }
 
-/// What is black covers nothing, as the background of a screenshot.
+/// Without a background that is transparent, what is black is the background: screenshots have no other.
 fn load(path: &Path) -> Result<Picture> {
     let bytes = read(&path.to_string_lossy(), MAX_IMAGE_BYTES as u64)?;
     let mut picture = Picture::from_bytes(&bytes)
         .map_err(Error::msg)
         .with_context(|| format!("cannot read the picture {}", path.display()))?;
-    for pixel in &mut picture.pixels {
-        if pixel[..3] == [0.0; 3] {
-            pixel[3] = 0.0;
+    if picture.pixels.iter().all(|pixel| pixel[3] == 1.0) {
+        for pixel in &mut picture.pixels {
+            pixel[3] = f32::from(u8::from(pixel[..3] != [0.0; 3]));
         }
     }
     Ok(picture)
+}
+
+fn is_empty(picture: &Picture) -> bool {
+    picture.pixels.iter().all(|pixel| pixel[3] == 0.0)
 }
