@@ -2,13 +2,12 @@
 #![cfg(feature = "render")]
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
 
 use sateen::bake::{Adapted, Preset, Provenance, Scope, bake_as_promised};
 use sateen::fabric::{Fabric, LIBRARY};
 use sateen::model::{Rule, Sadeghi};
 use sateen::progress::Progress;
-use sateen::render::{Cloth, Light, Missing, Picture, Shape, View, compare, render};
+use sateen::render::{Cloth, Light, Missing, Shape, View, compare, render};
 use sateen::table::Table;
 
 /// `scripts/baseline.py` writes it.
@@ -72,7 +71,7 @@ fn keep_their_promise(
         );
         let error = Provenance::of(&table).expect("its own metadata").error;
         let bytes = (table.decoded_bytes(), file.len());
-        let flip = flip(entry.name, table.clone());
+        let flip = flip(&entry.load(), table.clone());
         let kept = flip <= promise.flip
             && error.all.mean <= promise.mean
             && error.all.p99 <= promise.p99
@@ -102,27 +101,22 @@ fn keep_their_promise(
     );
 }
 
-/// FLIP of the table's picture against that of direct integration, which is taken once for all presets.
-fn flip(name: &str, table: Table) -> f64 {
-    static DIRECT: Mutex<BTreeMap<String, Arc<Picture>>> = Mutex::new(BTreeMap::new());
+/// FLIP of the table's picture against that of direct integration.
+fn flip(fabric: &Fabric, table: Table) -> f64 {
     let view = View {
         size: 128,
         samples: 1,
         lights: &[Light::of([0.0, 0.0, 1.0])],
         repeats: 1.0,
     };
-    let picture =
-        |cloth| render(&Shape::Sphere, &cloth, &view, Progress::silent()).expect("nobody stops it");
-    let taken = DIRECT.lock().expect("nobody panics").get(name).cloned();
-    let direct = taken.unwrap_or_else(|| {
-        let fabric = Fabric::from_library(name).expect("it is in the library");
-        let direct = Sadeghi::new(&fabric, Rule::Quadrature(24));
-        let direct = Arc::new(picture(Cloth::direct(direct)));
-        let mut all = DIRECT.lock().expect("nobody panics");
-        all.insert(name.to_owned(), Arc::clone(&direct));
-        direct
+    let direct = Sadeghi::new(fabric, Rule::Quadrature(24));
+    let [table, direct] = [
+        Cloth::table(table, Vec::new(), Missing::Nearest),
+        Cloth::direct(direct),
+    ]
+    .map(|cloth| {
+        render(&Shape::Sphere, &cloth, &view, Progress::silent()).expect("nobody stops it")
     });
-    let table = picture(Cloth::table(table, Vec::new(), Missing::Nearest));
     compare(&table, &direct, 0.0).flip_mean
 }
 
