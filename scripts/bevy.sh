@@ -15,10 +15,7 @@ if [[ ! -e $VK_ICD_FILENAMES ]]; then
     [[ ${SATEEN_REQUIRE_ALL:-} != 1 ]] || exit 1
     exit 0
 fi
-if [[ -z ${SATEEN:-} ]]; then
-    cargo build --quiet --release --locked
-    SATEEN=$(realpath "${CARGO_TARGET_DIR:-target}/release/sateen")
-fi
+SATEEN=$(scripts/tool.sh)
 cargo build --quiet --locked --manifest-path examples/bevy/Cargo.toml
 built=${CARGO_TARGET_DIR:-examples/bevy/target}/debug
 

@@ -8,8 +8,7 @@ folder=${1:-target/gallery}
 size=${2:-384}
 mkdir -p "$folder"
 
-cargo build --quiet --release --locked
-sateen="${CARGO_TARGET_DIR:-target}/release/sateen"
+sateen=$(scripts/tool.sh)
 page="$folder/index.html"
 
 # A picture, and on the page its name below it: SCENE NAME CAPTION ARGUMENTS…

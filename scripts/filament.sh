@@ -22,10 +22,7 @@ if ! are_there; then
     [[ ${SATEEN_REQUIRE_ALL:-} != 1 ]] || exit 1
     exit 0
 fi
-if [[ -z ${SATEEN:-} ]]; then
-    cargo build --quiet --release --locked
-    SATEEN=$(realpath "${CARGO_TARGET_DIR:-target}/release/sateen")
-fi
+SATEEN=$(scripts/tool.sh)
 cmake -S examples/filament -B "$folder/build" -DCMAKE_BUILD_TYPE=Release >/dev/null
 cmake --build "$folder/build"
 for fabric in denim felt; do

@@ -9,10 +9,7 @@ table=$(realpath "$1")
 cd "$(dirname "$0")/.."
 work=${SATEEN_READERS:-"${TMPDIR:-/tmp}/sateen-readers"}
 mkdir -p "$work"
-if [[ -z ${SATEEN:-} ]]; then
-    cargo build --quiet --release --locked
-    SATEEN=$(realpath "${CARGO_TARGET_DIR:-target}/release/sateen")
-fi
+SATEEN=$(scripts/tool.sh)
 export_as() {
     "$SATEEN" --quiet export "$table" --pairs 64 --format "$1" -o "$work/$2" "${@:3}"
 }

@@ -6,6 +6,7 @@
 # Where there is no Node.js or no Chromium, and no apt-get to install one with, it says so and tests nothing; with SATEEN_REQUIRE_ALL=1 that
 # is an error.
 set -euo pipefail
+[[ -z ${SATEEN:-} ]] || SATEEN=$(realpath "$SATEEN")
 cd "$(dirname "$0")/.."
 
 skip() {
@@ -21,10 +22,7 @@ fi
 command -v node >/dev/null && command -v npm >/dev/null || skip "there is no Node.js (https://nodejs.org, 20 or newer)"
 [[ $(node --print 'Number(process.versions.node.split(".")[0])') -ge 20 ]] || skip "Node.js is older than 20"
 
-if [[ -z ${SATEEN:-} ]]; then
-    cargo build --quiet --release --locked
-    SATEEN=$(realpath "${CARGO_TARGET_DIR:-target}/release/sateen")
-fi
+SATEEN=$(scripts/tool.sh)
 export SATEEN CHROMIUM="$chromium"
 cd examples/web
 npm ci --no-audit --no-fund

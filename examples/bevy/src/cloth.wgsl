@@ -64,4 +64,3 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @locatio
 #endif
     return colour;
 }
-

@@ -21,7 +21,7 @@ use sateen_bevy::Cloth;
 
 /// Half the height of the picture is 1.
 const RADIUS: f32 = 0.96;
-/// When there should have been something to see, in seconds after the table was loaded.
+/// When there should have been something to see, in seconds after the program started.
 const PATIENCE: f32 = 120.0;
 
 /// Neither window nor event loop; frames as soon as can be, with their shaders.
