@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
 # Writes the gallery: the figures of [Fecho13] as sateen takes them, and a page that shows them.
 #
-#     scripts/figures.sh [FOLDER] [SIZE]      default: target/gallery, pictures 384 pixels high; two minutes after the build
+#     scripts/figures.sh [FOLDER] [SIZE]      default: target/gallery, pictures 384 pixels high; two minutes after the build.
+#                                         SATEEN=PATH takes that tool; else it is built
 set -euo pipefail
+sateen=$("$(dirname "$0")/tool.sh")
 cd "$(dirname "$0")/.."
 folder=${1:-target/gallery}
 size=${2:-384}
 mkdir -p "$folder"
 
-sateen=$(scripts/tool.sh)
 page="$folder/index.html"
 
 # A picture, and on the page its name below it: SCENE NAME CAPTION ARGUMENTS…

@@ -6,4 +6,4 @@ if [[ -z ${SATEEN:-} ]]; then
     cargo build --quiet --release --locked
     SATEEN=${CARGO_TARGET_DIR:-target}/release/sateen
 fi
-realpath "$SATEEN"
+realpath -e "$SATEEN"
