@@ -101,10 +101,10 @@ def library():
 # ---- Drawings: a thread's curve, and how much of its length has which tilt.
 
 DRAWN = [
-    ("linen-plain", "warp", "one segment: all tilts from −25° to 25° alike"),
-    ("silk-shot", "warp", "two single tilts and a segment between them"),
-    ("denim", "warp", "three segments, the middle one nearly flat"),
-    ("velvet", "weft", "pile that leans to both sides, with a jump between"),
+    ("linen-plain", "warp", "one segment"),
+    ("silk-shot", "warp", "two single tilts, a segment between"),
+    ("denim", "warp", "three segments"),
+    ("velvet", "weft", "two segments and a jump"),
 ]
 PANEL, HEIGHT, MARGIN = 210, 260, 18
 
@@ -116,7 +116,8 @@ def curve(fabric, name, caption):
     offsets, lengths = thread["tangent_offsets_deg"], thread["tangent_lengths"]
     total = sum(lengths)
     x, z, pieces, path = 0.0, 0.0, [], []
-    for start, end, length in zip(offsets, offsets[1:], lengths):
+    # From the last part to the first, as which the thread lies on the cloth like a bridge; their order does not matter.
+    for start, end, length in reversed(list(zip(offsets[1:], offsets, lengths))):
         if length == 0:
             pieces.append(path)
             path = []
@@ -133,16 +134,16 @@ def curve(fabric, name, caption):
     width = max(point[0] for point in points)
     scale = min((PANEL - 2 * MARGIN) / max(width, 1e-9), 84 / max(high - low, 1e-9))
     left = 0.5 * (PANEL - scale * width)
-    middle = 82 + 0.5 * scale * (high + low)
+    middle = 130 + scale * low
     text = [f'<text x="{PANEL / 2:.0f}" y="14" class="t">{fabric}, {name}</text>', f'<text x="{PANEL / 2:.0f}" y="30" class="c">{caption}</text>']
-    text += [f'<line x1="{MARGIN}" y1="{middle:.1f}" x2="{PANEL - MARGIN}" y2="{middle:.1f}" class="a"/>']
+    text += [f'<line x1="{MARGIN}" y1="132" x2="{PANEL - MARGIN}" y2="132" class="a"/>']
     for piece in pieces:
         text.append('<polyline class="p" points="' + " ".join(f"{left + scale * x:.1f},{middle - scale * z:.1f}" for x, z in piece) + '"/>')
     base, tall = HEIGHT - 30, 78
     at = lambda degrees: MARGIN + (PANEL - 2 * MARGIN) * (degrees + 90) / 180
     segments = [(min(a, b), max(a, b), l / total) for a, b, l in zip(offsets, offsets[1:], lengths) if l > 0]
     densest = max((share / (end - start) for start, end, share in segments if end > start), default=1.0)
-    for start, end, share in segments:
+    for start, end, share in sorted(segments, key=lambda segment: segment[0] == segment[1]):
         if start == end:
             text.append(f'<line x1="{at(start):.1f}" y1="{base}" x2="{at(start):.1f}" y2="{base - tall * min(1.0, 2 * share):.1f}" class="s"/>')
         else:
@@ -260,12 +261,21 @@ def missing_keys():
                     yield f"docs/{document}.md does not explain the key {key}"
 
 
+def anchors(path):
+    """The anchors of a document's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.+)$", re.sub(r"```.*?```", "", path.read_text(), flags=re.S), re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
 def dead_links():
     for path in documents():
         prose = re.sub(r"```.*?```", "", path.read_text(), flags=re.S)
-        for target in re.findall(r"\]\(([^)#\s]+)", prose):
-            if not re.match(r"[a-z]+:", target) and not (path.parent / target).exists():
-                yield f"{path.relative_to(ROOT)} links to {target}, which does not exist"
+        for target, anchor in re.findall(r"\]\(([^)#\s]*)#?([^)\s]*)\)", prose):
+            found = path.parent / target if target else path
+            if re.match(r"[a-z]+:", target):
+                continue
+            if not found.exists() or (anchor and found.suffix == ".md" and anchor not in anchors(found)):
+                yield f"{path.relative_to(ROOT)} links to {target}{'#' * bool(anchor)}{anchor}, which does not exist"
 
 
 def same(a, b):
