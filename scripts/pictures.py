@@ -59,7 +59,7 @@ albedo = { warp = { color = [0.005, 0.025, 0.11] }, weft = { color = [0.005, 0.0
 DOTS = (ROOT / "tables" / "patterns" / "polka-dot-lining.toml").read_text()
 # Cloth, how often its pattern repeats, shape, direction of the warp in degrees from x to y, lights: direction and strength.
 PANELS = [
-    ("silk-shot", 1.0, folds, 45.0, [((-0.6, 0.5, 0.8), 1.2), ((0.9, -0.3, 0.45), 0.9), ((0.1, 0.3, 1.0), 0.12)]),
+    ("silk-shot", 1.0, folds, 0.0, [((-0.45, 0.75, 0.65), 1.5), ((0.9, -0.2, 0.45), 0.8), ((0.1, 0.3, 1.0), 0.08)]),
     ("satin.toml", 1.0, gathered, -45.0, [((-0.5, 0.7, 0.7), 2.4), ((0.9, -0.2, 0.5), 1.4), ((0.1, 0.2, 1.0), 0.15)]),
     ("polyester-lining", 1.0, swirl, 90.0, [((-0.6, 0.7, 0.6), 0.7), ((0.8, -0.5, 0.5), 0.35), ((0.0, 0.2, 1.0), 0.05)]),
     ("dots.toml", 1.5, waves, 0.0, [((-0.7, 0.6, 0.7), 0.8), ((0.9, 0.1, 0.5), 0.25), ((0.0, 0.2, 1.0), 0.12)]),
