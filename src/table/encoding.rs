@@ -1,7 +1,6 @@
 //! How a coefficient of a table is stored.
 
-use super::Numbers;
-use super::grid::PADDING;
+use super::numbers::{Numbers, own};
 
 /// What a stored number is of the coefficient it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -92,21 +91,15 @@ pub enum Samples {
 impl Samples {
     /// Stores numbers of magnitude up to [`Encoding::unit`], and the zeros that a grid's samples end with.
     pub fn store(encoding: Encoding, numbers: impl Iterator<Item = f64>) -> Self {
-        let numbers = numbers.chain(core::iter::repeat_n(0.0, PADDING));
+        let round: fn(f64) -> f64 = num_traits::Float::round;
         match encoding {
-            Encoding::F32 | Encoding::SqrtF32 => Self::F32(numbers.map(|x| x as f32).collect()),
-            Encoding::I16 | Encoding::SqrtI16 => Self::I16(
-                numbers
-                    .map(|x| num_traits::Float::round(x) as i16)
-                    .collect(),
-            ),
-            Encoding::SqrtI8 => {
-                Self::I8(numbers.map(|x| num_traits::Float::round(x) as i8).collect())
-            }
+            Encoding::F32 | Encoding::SqrtF32 => Self::F32(own(numbers.map(|x| x as f32))),
+            Encoding::I16 | Encoding::SqrtI16 => Self::I16(own(numbers.map(|x| round(x) as i16))),
+            Encoding::SqrtI8 => Self::I8(own(numbers.map(|x| round(x) as i8))),
         }
     }
 
-    /// How many there are.
+    /// How many there are, with those that follow them.
     pub fn len(&self) -> usize {
         match self {
             Self::F32(samples) => samples.len(),

@@ -132,12 +132,12 @@ impl Level {
         if self.is_available() {
             match self {
                 Self::Portable => {}
-                // SAFETY: the machine has been asked for the instructions just above.
+                // SAFETY: `is_available` has asked the machine for AVX2 and FMA, just above.
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx2 => return unsafe { avx2::run(kernel) },
                 #[cfg(feature = "small")]
                 Self::Avx512 => {}
-                // SAFETY: the machine has been asked for the instructions just above.
+                // SAFETY: `is_available` has asked the machine for AVX-512 F, AVX2 and FMA, just above.
                 #[cfg(not(feature = "small"))]
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx512 => return unsafe { avx512::run(kernel) },
@@ -155,7 +155,7 @@ impl Level {
     pub fn run_single<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]
         if self != Self::Portable && Self::Avx2.is_available() {
-            // SAFETY: the machine has been asked for the instructions just above.
+            // SAFETY: `is_available` has asked the machine for AVX2 and FMA, just above.
             #[expect(unsafe_code, reason = "functions of an instruction set")]
             return unsafe { avx2::run_single(kernel) };
         }

@@ -12,7 +12,6 @@ use super::{
     ALIGNMENT, CHECKED_FROM, MAGIC, MAJOR, MAPPED_MINOR, MARGIN, MAX_DECODED_BYTES, MINOR,
 };
 use crate::brdf::{Reweighting, limits};
-use crate::table::grid::PADDING;
 use crate::table::numbers::{self, Lender, Plain};
 use crate::table::rows::Run;
 use crate::table::{Encoding, Error, Grid, Grids, Numbers, Rows, Samples, Table, ThreadTable};
@@ -154,7 +153,13 @@ impl Table {
 /// A file's bytes, and what keeps them, if anything does.
 struct File<'a> {
     bytes: &'a [u8],
-    /// What keeps the bytes where they are, unchanged.
+    /// What keeps the bytes where they are, unchanged, for as long as there is a clone of it:
+    ///
+    /// - [`Lender::Static`]: they are `&'static`.
+    /// - [`Lender::Shared`]: they were borrowed from what the `Arc` owns, by `&self`. As long as there is a clone of the `Arc`, its owner is
+    ///   neither moved nor dropped, and nobody can get `&mut` of it, for which `Arc` would have to be the only one. Others may
+    ///   have `&` of it, but no safe type may take back or change what it lent by `&self` while that borrow could
+    ///   still last; that nobody can see that ours has ended does not matter to it. So the bytes stay as if they were borrowed.
     lender: Option<Lender>,
 }
 
@@ -167,7 +172,7 @@ impl File<'_> {
             .filter(|_| chunk.codec == Codec::Stored)?;
         let bytes = self.bytes.get(chunk.offset..)?;
         #[expect(unsafe_code, reason = "numbers without a copy of them")]
-        // SAFETY: the lender keeps the bytes as they are.
+        // SAFETY: `bytes` are part of `self.bytes`, which the lender keeps as they are: see [`File::lender`].
         unsafe {
             numbers::lend(bytes, count, lender)
         }
@@ -398,19 +403,14 @@ const MAX_ROWS: u64 = 1 << 22;
 /// A run in a file: two u16.
 const RUN_BYTES: u64 = 4;
 
-/// The little-endian numbers of a chunk that has these bytes, where they are or with the zeros that a grid's samples end with.
-fn numbers_of<T: Plain + Default, const N: usize>(
+/// The little-endian numbers of a chunk that has these bytes, where they are or copied.
+fn numbers_of<T: Plain, const N: usize>(
     file: &File<'_>,
     chunk: &Chunk,
     decoded: &[u8],
     of: impl Fn([u8; N]) -> T,
 ) -> Numbers<T> {
-    file.lend(chunk, decoded.len() / N).unwrap_or_else(|| {
-        let numbers = decoded
-            .chunks_exact(N)
-            .map(|word| of(core::array::from_fn(|k| word[k])));
-        numbers
-            .chain(core::iter::repeat_n(T::default(), PADDING))
-            .collect()
-    })
+    let copied = || numbers::own(decoded.as_chunks().0.iter().map(|word| of(*word)));
+    let lent = file.lend(chunk, decoded.len() / N);
+    lent.unwrap_or_else(copied)
 }
