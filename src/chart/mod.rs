@@ -27,14 +27,12 @@
 //! is a function of, of all that, are its [`Coordinates`].
 
 mod coordinates;
-mod enclosure;
 pub mod highlight;
 pub mod isotropic;
 pub mod thesis;
 pub mod view;
 
 pub use coordinates::Coordinates;
-pub use enclosure::{Range, Span};
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
