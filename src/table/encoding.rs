@@ -1,6 +1,8 @@
 //! How a coefficient of a table is stored.
 
-use super::numbers::{Numbers, own};
+use super::numbers::Numbers;
+#[cfg(feature = "bake")]
+use super::numbers::own;
 
 /// What a stored number is of the coefficient it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -9,6 +11,7 @@ use super::numbers::{Numbers, own};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case")
 )]
+#[non_exhaustive]
 pub enum Encoding {
     /// Of the value, f32.
     F32,
@@ -79,7 +82,7 @@ impl Encoding {
 /// The stored numbers of a table, and what follows them so that rows can be read whole: zeros, or what else is behind them in a
 /// file.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Samples {
+pub(crate) enum Samples {
     /// Of 32-bit floats.
     F32(Numbers<f32>),
     /// Of 16-bit integers.
@@ -90,7 +93,8 @@ pub enum Samples {
 
 impl Samples {
     /// Stores numbers of magnitude up to [`Encoding::unit`], and the zeros that a grid's samples end with.
-    pub fn store(encoding: Encoding, numbers: impl Iterator<Item = f64>) -> Self {
+    #[cfg(feature = "bake")]
+    pub(crate) fn store(encoding: Encoding, numbers: impl Iterator<Item = f64>) -> Self {
         let round: fn(f64) -> f64 = num_traits::Float::round;
         match encoding {
             Encoding::F32 | Encoding::SqrtF32 => Self::F32(own(numbers.map(|x| x as f32))),
@@ -100,7 +104,7 @@ impl Samples {
     }
 
     /// How many there are, with those that follow them.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Self::F32(samples) => samples.len(),
             Self::I16(samples) => samples.len(),
@@ -109,16 +113,11 @@ impl Samples {
     }
 
     /// Whether they are in the memory of the file that they were loaded from ([`super::Table::from_static`]).
-    pub fn is_lent(&self) -> bool {
+    pub(crate) fn is_lent(&self) -> bool {
         match self {
             Self::F32(samples) => samples.is_lent(),
             Self::I16(samples) => samples.is_lent(),
             Self::I8(samples) => samples.is_lent(),
         }
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }

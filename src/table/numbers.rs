@@ -13,7 +13,7 @@ use super::grid::PADDING;
 /// Numbers in a row, in memory of their own or in that of a file which is kept as long as they are. [`PADDING`] more follow them, so
 /// that rows can be read whole.
 #[derive(Clone)]
-pub struct Numbers<T>(Memory<T>);
+pub(crate) struct Numbers<T>(Memory<T>);
 
 #[derive(Clone)]
 enum Memory<T> {
@@ -100,7 +100,7 @@ pub(super) fn own<T: Plain>(numbers: impl Iterator<Item = T>) -> Numbers<T> {
 
 impl<T> Numbers<T> {
     /// Whether they are in memory that is not their own.
-    pub fn is_lent(&self) -> bool {
+    pub(crate) fn is_lent(&self) -> bool {
         matches!(self.0, Memory::Lent { .. })
     }
 
