@@ -13,11 +13,14 @@ features=ffi,std
 zstd=,zstd
 profile=capi
 types=staticlib,cdylib
+flags=
 for option in "$@"; do
     case $option in
     --lean)
         features=ffi,libm,small
         types=staticlib
+        # The allocator and the end of a panic, of which a program may have one each.
+        flags="--cfg sateen_runtime"
         export CARGO_PROFILE_CAPI_OPT_LEVEL=s CARGO_PROFILE_DEV_PANIC=abort
         ;;
     --no-zstd) zstd= ;;
@@ -37,8 +40,9 @@ if [ "$profile" = dev ]; then
     folder=$target/debug
     export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
 fi
+# shellcheck disable=SC2086
 cargo rustc --locked --quiet --lib --profile "$profile" --no-default-features --features "$features$zstd" \
-    --crate-type "$types"
+    --crate-type "$types" -- $flags
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 
 mkdir -p "$prefix/include" "$prefix/lib/cmake/sateen" "$prefix/lib/pkgconfig"

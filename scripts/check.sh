@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Format, lints, documentation, every feature layer alone, so that an upward `use` between layers does not build, and the tests
-# of the core.
+# Format, lints, documentation, every feature layer alone, so that an upward `use` between layers does not build, the tests
+# of the core, what names what, and that generated shaders are those of today.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RUSTDOCFLAGS="-D warnings"
@@ -25,34 +25,20 @@ for layer in std libm,zstd libm,small; do
 done
 cargo clippy --locked --quiet --all-targets -- -D warnings
 cargo doc --locked --quiet --no-deps --lib
-# What uses what: a module names only those below it (src/lib.rs).
-names_none_of() {
-    local folders=$1
-    shift
-    for above in "$@"; do
-        # shellcheck disable=SC2086
-        if grep -rnE "crate::(\{[^}]*\b)?$above\b" $folders | grep -vE ':[0-9]+: *//'; then
-            echo "$folders must not name $above" >&2
-            exit 1
-        fi
-    done
-}
-names_none_of "src/math src/needs" brdf chart table lookup fabric model metrics fit bake progress report stress render scene volume shader export
-names_none_of "src/brdf src/chart" table lookup fabric model metrics fit bake progress report stress render scene volume shader export
-names_none_of "src/table" lookup fabric model metrics fit bake progress report stress render scene volume shader export
-names_none_of "src/lookup src/table src/brdf src/chart src/math src/needs src/volume src/shader" ffi
-names_none_of "src/ffi" fabric pattern model metrics fit bake progress report stress render scene volume shader export
-names_none_of "src/lookup" fabric model metrics fit bake progress report stress render scene volume shader export
-names_none_of "src/volume" fabric model metrics fit bake progress report stress render scene shader export
-names_none_of "src/shader" fabric model metrics fit bake progress report stress render scene export
-names_none_of "src/fabric" pattern chart table lookup model metrics fit bake progress report stress render scene volume shader export
-names_none_of "src/pattern" chart table lookup model metrics fit bake progress report stress render scene volume shader export
-names_none_of "src/model" chart table lookup metrics fit bake progress report stress render scene volume shader export
-names_none_of "src/metrics" fit bake report stress render scene export
-names_none_of "src/fit" chart table lookup bake report stress render scene export
-names_none_of "src/bake" fit report stress render scene export
-names_none_of "src/render" bake fit report stress scene export
-names_none_of "src/scene" bake fit report stress export
-names_none_of "src/report" stress scene export
-names_none_of "src/stress" export
-names_none_of "src/export" fit report stress render scene
+# A module names only those below it; and what finds names above is tried on three that are.
+scripts/layers.py
+copy=$(mktemp -d)
+trap 'rm -rf "$copy"' EXIT
+cp -r src "$copy/"
+printf 'use crate::{math, bake::{Preset,\n    Settings}, report};\n' >>"$copy/src/table/mod.rs"
+printf 'use super::super::super::metrics;\n' >>"$copy/src/table/format/read.rs"
+found=$(scripts/layers.py "$copy/src" 2>&1 || true)
+for above in "table/mod.rs:$(wc -l <"$copy/src/table/mod.rs"): table names report" "table/mod.rs:[0-9]*: table names bake" \
+    "table/format/read.rs:[0-9]*: table names metrics"; do
+    grep -q "$above" <<<"$found" || {
+        echo "check.sh: scripts/layers.py does not find that $above" >&2
+        exit 1
+    }
+done
+# HLSL's functions are made of GLSL's.
+scripts/hlsl.sh --check

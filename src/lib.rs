@@ -31,11 +31,31 @@
 //!
 //! # Modules
 //!
-//! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`] ← `ffi`, and apart from these
-//! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
-//! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
-//! [`scene`]; [`table`], [`lookup`] ← [`volume`] ← [`shader`]; [`shader`], [`mod@bake`] ←
-//! [`export`]. The tool uses only what is public here.
+//! From the bottom to the top: each names only those before it, which `scripts/layers.py` checks by this list.
+//!
+//! - [`math`]: numbers side by side, vectors, roots
+//! - [`needs`]: which pairs of directions are needed
+//! - [`brdf`]: the closed form of a thread, and threads woven
+//! - `progress`: how far long work is, and whether it goes on
+//! - `fabric`: fabrics, from files and from the library
+//! - `pattern`: several fabrics, by masks
+//! - `model`: direct evaluation of fabrics, and other models
+//! - [`chart`]: pairs of directions as points of a box
+//! - [`table`]: what is baked, and its file
+//! - [`lookup`]: evaluation of tables
+//! - `volume`: a table as one 3D texture
+//! - `shader`: its lookup in shaders
+//! - `metrics`: how error is measured
+//! - `render`: pictures of cloth
+//! - `scene`: what scenes need, and pictures of them
+//! - `fit`: other models made like a fabric
+//! - `bake`: fabrics to tables
+//! - `export`: tables as files for engines
+//! - `report`: error against time and bytes of every evaluator
+//! - `stress`: what holds in extreme cases
+//! - `ffi`: tables for C and C++
+//!
+//! The tool uses only what is public here.
 //!
 //! # Features
 //!
@@ -49,7 +69,7 @@
 //! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
 //! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
-//! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
+//! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: what holds in extreme cases, as CSV and JSON |
 //! | `export` | [`export`]: a table's volume and parameters as KTX2, DDS, EXR and plain bytes, for engines |
 //! | `cli` | the tool; the default |
 //!

@@ -1,7 +1,8 @@
 //! Charts are bijections between the box and pairs of directions above the surface, up to the mirror s → −s.
 
 use proptest::prelude::*;
-use sateen::chart::{Chart, Coordinates, Range, Span};
+use sateen::bake::enclosure::{Range, Span};
+use sateen::chart::{Chart, Coordinates};
 use sateen::needs::Cap;
 
 fn any_chart() -> impl Strategy<Value = Chart> {

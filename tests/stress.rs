@@ -50,18 +50,7 @@ fn a_stress_report_is_complete_consistent_and_reproducible() {
     let written = quick("1");
     assert!(written == quick("2"), "the same on any number of threads");
     let names: Vec<&str> = written.keys().map(String::as_str).collect();
-    assert_eq!(
-        names,
-        [
-            "faux-suede-error.svg",
-            "faux-suede-precision.svg",
-            "index.html",
-            "stress.csv",
-            "stress.json",
-            "tshirt-white-error.svg",
-            "tshirt-white-precision.svg",
-        ]
-    );
+    assert_eq!(names, ["stress.csv", "stress.json"]);
 
     let json: Value = serde_json::from_str(&written["stress.json"]).unwrap();
     let cases = json["fabrics"][0]["cases"].as_array().unwrap();
@@ -88,12 +77,6 @@ fn a_stress_report_is_complete_consistent_and_reproducible() {
     let physics = &json["fabrics"][0]["physics"];
     assert!(physics["reciprocity"]["mean"].as_f64().unwrap() > 0.01);
     assert!(physics["reflectance"]["views"][0]["mean"].as_f64().unwrap() > 1.3);
-    assert!(written["index.html"].contains("no error of a table"));
-    for (name, text) in &written {
-        if name.ends_with(".svg") {
-            roxmltree::Document::parse(text).unwrap();
-        }
-    }
 }
 
 #[test]

@@ -6,6 +6,8 @@
 
 mod budget;
 mod choose;
+#[doc(hidden)]
+pub mod enclosure;
 mod encode;
 mod forecast;
 mod integrate;

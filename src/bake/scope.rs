@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::chart::{Coordinates, Range, Span};
+use super::enclosure::{Range, Span};
+use crate::chart::Coordinates;
 use crate::fabric::Thread;
 use crate::math::simd::Single;
 use crate::needs::{Cap, Directions, Needs};

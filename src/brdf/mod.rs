@@ -16,8 +16,11 @@ mod psi;
 mod tangent;
 mod weave;
 
-pub use cylinder::{Optics, Response, ThreadPair, fresnel};
+pub use cylinder::{Optics, Response};
+#[doc(hidden)]
+pub use cylinder::{ThreadPair, fresnel};
 pub use frame::ThreadFrame;
-pub use placed::PlacedNodes;
+pub(crate) use placed::PlacedNodes;
 pub use tangent::{Reweighting, Segment, TangentCurve, Tilt};
-pub use weave::{Components, ThreadResponse, Weave, without_cosine};
+pub use weave::{Components, ThreadResponse};
+pub(crate) use weave::{Weave, without_cosine};

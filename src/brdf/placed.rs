@@ -68,7 +68,7 @@ const SMALL: f64 = 1e-6;
 
 /// A thread's segments, prepared.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlacedNodes<R> {
+pub(crate) struct PlacedNodes<R> {
     segments: Vec<Arc<R>>,
     /// Gauss–Legendre nodes and weights on \[−1, 1\].
     nodes: Vec<[R; 2]>,
@@ -83,7 +83,7 @@ pub struct PlacedNodes<R> {
 
 impl<R: Real> PlacedNodes<R> {
     /// For the segments of `curve`, with the Gauss–Legendre `nodes` and weights on \[−1, 1\].
-    pub fn new(curve: &TangentCurve<f64>, optics: &Optics<f64>, nodes: &[[f64; 2]]) -> Self {
+    pub(crate) fn new(curve: &TangentCurve<f64>, optics: &Optics<f64>, nodes: &[[f64; 2]]) -> Self {
         let width = |s: &tangent::Segment<f64>| s.to - s.from;
         let segment = |s: &tangent::Segment<f64>| Arc::new(s.from, s.to, s.weight / width(s));
         let narrower = optics.gamma_s.min(optics.gamma_v);
@@ -99,12 +99,13 @@ impl<R: Real> PlacedNodes<R> {
     }
 
     /// N, the nodes per segment.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.nodes.len()
     }
 
     /// How many tilts per segment are evaluated: N, or 2 N where a lobe is narrow.
-    pub fn tilts(&self) -> usize {
+    #[cfg(feature = "bake")]
+    pub(crate) fn tilts(&self) -> usize {
         self.count() * (1 + usize::from(self.is_stiff))
     }
 
@@ -129,7 +130,11 @@ impl<R: Real> PlacedNodes<R> {
 
     /// Mean S and V of the segments over the whole thread's length.
     #[inline(always)]
-    pub fn mean_response<L: Lanes>(&self, pair: &ThreadPair<L>, optics: &Optics<L>) -> Response<L> {
+    pub(crate) fn mean_response<L: Lanes>(
+        &self,
+        pair: &ThreadPair<L>,
+        optics: &Optics<L>,
+    ) -> Response<L> {
         let mut response = Response::zero();
         let highlight = Highlight::new(pair, optics, splat(self.half_reach));
         for segment in &self.segments {

@@ -26,6 +26,7 @@ use crate::math::{Lanes, Real, Vec3, splat};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "lowercase")
 )]
+#[non_exhaustive]
 pub enum Reweighting {
     /// By its projection towards the viewer alone, p(ψ_r): Q stands outside the integral over light directions.
     #[default]

@@ -56,7 +56,7 @@ impl<R> ThreadResponse<R> {
 ///
 /// c is 1, or less where a fabric's parameters reflect more than arrives and shall not.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weave<R> {
+pub(crate) struct Weave<R> {
     /// Q so far.
     pub q: R,
     scale: R,
@@ -66,7 +66,7 @@ pub struct Weave<R> {
 impl<R: Lanes> Weave<R> {
     /// No threads yet: `gap` = 1 − Σa is seen under the cosine `cos_r` = wr·n, and ρ is scaled by `scale`.
     #[inline(always)]
-    pub fn new(gap: R, cos_r: R, scale: R) -> Self {
+    pub(crate) fn new(gap: R, cos_r: R, scale: R) -> Self {
         Self {
             q: gap * cos_r,
             scale,
@@ -76,7 +76,7 @@ impl<R: Lanes> Weave<R> {
 
     /// Adds a thread.
     #[inline(always)]
-    pub fn add(&mut self, coverage: R, albedo: [R; 3], thread: &ThreadResponse<R>) {
+    pub(crate) fn add(&mut self, coverage: R, albedo: [R; 3], thread: &ThreadResponse<R>) {
         self.q += coverage * thread.projection;
         for (sum, albedo) in self.sum.iter_mut().zip(albedo) {
             *sum += coverage * (thread.response.surface + thread.response.volume * albedo);
@@ -86,7 +86,7 @@ impl<R: Lanes> Weave<R> {
     /// ρ = BRDF × cosine \[1/sr\]. Where nothing of the cloth faces the viewer (Q = 0), and for directions that are no
     /// numbers, nothing is seen. Never infinite.
     #[inline(always)]
-    pub fn rho(&self) -> [R; 3] {
+    pub(crate) fn rho(&self) -> [R; 3] {
         let seen = R::zero().lt(self.q);
         // max before min: it replaces NaN by 0.
         each(
@@ -129,7 +129,7 @@ impl<R: Real> Components<R> {
 /// The BRDF \[1/sr\] from ρ and the cosine wi·n: ρ is proportional to neither cosine, so at the last denormals the
 /// quotient would be infinite.
 #[inline(always)]
-pub fn without_cosine<R: Lanes>(rho: [R; 3], cos_i: R) -> [R; 3] {
+pub(crate) fn without_cosine<R: Lanes>(rho: [R; 3], cos_i: R) -> [R; 3] {
     each(
         rho,
         #[inline(always)]

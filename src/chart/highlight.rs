@@ -23,7 +23,7 @@ use crate::math::{Lanes, Real, Vec3, root};
 
 /// Pair to box, and −1 where the pair was mirrored s → −s for it, else 1; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+pub(crate) fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
     let psi = (wi[0] + wr[0]).atan2(wi[2] + wr[2]);
     let angles = Angles::of(wi, wr);
     let [u1, u2, u3] = shared_coordinates(&angles);
@@ -31,7 +31,7 @@ pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
 }
 
 /// Box to pair; see [`super::Chart::directions`].
-pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+pub(crate) fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     let psi = (R::of(2.0) * u[0] - R::one()) * R::of(FRAC_PI_2);
     let (phi_d, phi_h) = phi_d_and_h(u);
     let half = R::of(0.5);

@@ -18,7 +18,7 @@ use crate::math::{Lanes, Real, Vec3, norm2};
 
 /// Pair to the first three coordinates of a box; the fourth is 0.
 #[inline(always)]
-pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+pub(crate) fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
     let polar = |w: Vec3<R>| norm2(w[0], w[1]).atan2(w[2]);
     let (theta_i, theta_r) = (polar(wi), polar(wr));
     let sum = theta_i + theta_r;
@@ -34,7 +34,7 @@ pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
 }
 
 /// A pair at these coordinates, the light at azimuth 0.
-pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+pub(crate) fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     let half = R::of(0.5);
     let sum = u[0] * R::of(PI);
     let range = sum.min(R::of(PI) - sum);

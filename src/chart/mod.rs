@@ -27,14 +27,12 @@
 //! is a function of, of all that, are its [`Coordinates`].
 
 mod coordinates;
-mod enclosure;
-pub mod highlight;
-pub mod isotropic;
-pub mod thesis;
-pub mod view;
+pub(crate) mod highlight;
+pub(crate) mod isotropic;
+pub(crate) mod thesis;
+pub(crate) mod view;
 
 pub use coordinates::Coordinates;
-pub use enclosure::{Range, Span};
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -47,6 +45,7 @@ use crate::math::{Lanes, Real, Vec3, norm2};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "lowercase")
 )]
+#[non_exhaustive]
 pub enum Chart {
     /// (θ_h, θ_d, φ_d, roll of the pair).
     Thesis,

@@ -14,7 +14,7 @@ use crate::math::{Lanes, Real, Vec3};
 
 /// Pair to box, and −1 where the pair was mirrored s → −s for it, else 1; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+pub(crate) fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
     let angles = Angles::of(wi, wr);
     let [u1, u2, u3] = shared_coordinates(&angles);
     (
@@ -24,7 +24,7 @@ pub fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
 }
 
 /// Box to pair; see [`super::Chart::directions`].
-pub fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+pub(crate) fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     let theta_h = (R::of(2.0) * u[0] - R::one()) * R::of(FRAC_PI_2);
     directions_at(u, theta_h)
 }

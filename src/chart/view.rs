@@ -12,7 +12,7 @@ use crate::math::{Lanes, Real, Vec3, norm2};
 
 /// Direction to the first two coordinates of a box; the others are 0.
 #[inline(always)]
-pub fn coordinates<R: Lanes>(wr: Vec3<R>) -> [R; 4] {
+pub(crate) fn coordinates<R: Lanes>(wr: Vec3<R>) -> [R; 4] {
     let theta = norm2(wr[0], wr[1]).atan2(wr[2]);
     let phi = wr[1].atan2(wr[0]);
     [
@@ -24,7 +24,7 @@ pub fn coordinates<R: Lanes>(wr: Vec3<R>) -> [R; 4] {
 }
 
 /// The direction at these coordinates.
-pub fn direction<R: Real>(u: [R; 4]) -> Vec3<R> {
+pub(crate) fn direction<R: Real>(u: [R; 4]) -> Vec3<R> {
     let (sin, cos) = (u[0] * R::of(FRAC_PI_2)).sin_cos();
     let (sin_phi, cos_phi) = ((R::of(2.0) * u[1] - R::one()) * R::of(PI)).sin_cos();
     [sin * cos_phi, sin * sin_phi, cos.max(R::zero())]

@@ -117,6 +117,7 @@ impl Format {
 
 /// What texels are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Pixels {
     /// Four half floats.
     Rgba16f,
@@ -139,6 +140,7 @@ impl Pixels {
 
 /// A file to write.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct File {
     /// What its name ends in.
     pub extension: &'static str,

@@ -37,6 +37,7 @@ pub struct About<'a> {
 
 /// The error against direct integration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Cost {
     /// The seed that drew the pairs.
     pub seed: u64,

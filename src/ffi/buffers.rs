@@ -2,6 +2,7 @@
 
 use core::ffi::c_char;
 use core::fmt::{self, Write};
+use core::ops::Range;
 use core::slice;
 
 use super::Status;
@@ -30,9 +31,9 @@ impl Directions {
     }
 
     /// # Safety
-    /// They have so many floats, and nobody writes to them.
+    /// [`Colours::check`] has passed them for so many floats, which are there, and as long as `'a` nobody writes to them.
     pub(super) unsafe fn slices<'a>(&self, pairs: usize) -> [&'a [f32]; 3] {
-        // SAFETY: as the caller promises.
+        // SAFETY: as the caller promises; they are neither null nor unaligned, nor longer than memory, by the check.
         self.pointers()
             .map(|pointer| unsafe { slice::from_raw_parts(pointer, pairs) })
     }
@@ -75,12 +76,21 @@ impl Colours {
         Ok(())
     }
 
+    /// Some of them, zeros at first: C may never have written to them, and there is no slice of what is not initialised.
+    ///
     /// # Safety
-    /// They have so many floats, and nobody else has them.
-    pub(super) unsafe fn slices<'a>(&self, pairs: usize) -> [&'a mut [f32]; 3] {
-        // SAFETY: as the caller promises.
-        self.pointers()
-            .map(|pointer| unsafe { slice::from_raw_parts_mut(pointer, pairs) })
+    /// [`Colours::check`] has passed them for as many floats as `here` ends with, which are there, and as long as `'a` nobody else reads or
+    /// writes those in it.
+    pub(super) unsafe fn zeroed<'a>(&self, here: &Range<usize>) -> [&'a mut [f32]; 3] {
+        self.pointers().map(|pointer| {
+            // SAFETY: `here` ends within the floats that the caller promises; they are neither null nor unaligned, nor longer than memory, by
+            // the check, which has also found that the three share none.
+            unsafe {
+                let pointer = pointer.add(here.start);
+                pointer.write_bytes(0, here.len());
+                slice::from_raw_parts_mut(pointer, here.len())
+            }
+        })
     }
 }
 
@@ -128,7 +138,7 @@ pub(super) unsafe fn albedos_of<'a>(
         };
     }
     Span::new(albedos, count.saturating_mul(3))?;
-    // SAFETY: as the caller promises; they are aligned, and not too many.
+    // SAFETY: as the caller promises; they are aligned, and no longer than memory, by the span.
     Ok(unsafe { slice::from_raw_parts(albedos.cast(), count) })
 }
 
@@ -138,7 +148,7 @@ pub(super) unsafe fn direction_of(w: *const f32) -> Result<[f32; 3], Status> {
     if w.is_null() {
         return Err(Status::NullArgument);
     }
-    // SAFETY: as the caller promises.
+    // SAFETY: the caller promises three floats; they need not be aligned.
     Ok(unsafe { w.cast::<[f32; 3]>().read_unaligned() })
 }
 
@@ -150,7 +160,7 @@ pub(super) unsafe fn put<T>(to: *mut T, value: T) -> Option<()> {
     if to.is_null() {
         return None;
     }
-    // SAFETY: as the caller promises.
+    // SAFETY: the caller promises room; it need not be aligned.
     unsafe { to.write_unaligned(value) };
     Some(())
 }
@@ -163,9 +173,9 @@ pub(super) unsafe fn say(to: *mut c_char, bytes: usize, message: Option<&impl fm
     if to.is_null() || bytes == 0 || bytes > isize::MAX as usize {
         return;
     }
-    // SAFETY: as the caller promises.
+    // SAFETY: the caller promises as much room.
     unsafe { to.cast::<u8>().write_bytes(0, bytes) };
-    // SAFETY: as before, and all of them are zeros now.
+    // SAFETY: as before; all of them are zeros now, and no longer than memory.
     let room = unsafe { slice::from_raw_parts_mut(to.cast::<u8>(), bytes) };
     let (_, room) = room.split_last_mut().expect("there is a byte");
     if let Some(message) = message {

@@ -1,4 +1,4 @@
-//! What a program in C has anyway: files, and without Rust's standard library memory and an end.
+//! What a program in C has anyway: files, and for a library without Rust's standard library memory and an end.
 
 use alloc::vec::Vec;
 use core::ffi::{CStr, c_char, c_int, c_void};
@@ -15,7 +15,7 @@ const STEP: usize = 1 << 16;
 
 /// The bytes of a file, or what could not be done with it.
 pub(super) fn read(path: &CStr) -> Result<Vec<u8>, &'static str> {
-    // SAFETY: both end with a zero.
+    // SAFETY: both are strings that end with a zero.
     let file = unsafe { fopen(path.as_ptr(), c"rb".as_ptr()) };
     if file.is_null() {
         return Err("cannot be opened");
@@ -24,9 +24,9 @@ pub(super) fn read(path: &CStr) -> Result<Vec<u8>, &'static str> {
     loop {
         bytes.reserve(STEP);
         let room = bytes.spare_capacity_mut();
-        // SAFETY: the file is open, and there is as much room.
+        // SAFETY: the file is open, and `room` has as many bytes, which `fread` only writes.
         let count = unsafe { fread(room.as_mut_ptr().cast(), 1, room.len(), file) };
-        // SAFETY: so many more have been read.
+        // SAFETY: `fread` has written the first `count` bytes of the room, of which it was allowed no more than there are.
         unsafe { bytes.set_len(bytes.len() + count) };
         if count == 0 {
             break;
@@ -40,7 +40,9 @@ pub(super) fn read(path: &CStr) -> Result<Vec<u8>, &'static str> {
     Ok(bytes)
 }
 
-#[cfg(not(any(feature = "std", test)))]
+/// What Rust's standard library would bring. A program may have these once: so that no crate that depends on this one can switch them on, it
+/// takes `--cfg sateen_runtime`, which `scripts/capi.sh --lean` gives the library alone.
+#[cfg(sateen_runtime)]
 mod runtime {
     use core::alloc::{GlobalAlloc, Layout};
     use core::ffi::c_void;
@@ -58,23 +60,24 @@ mod runtime {
     /// What `malloc` aligns to everywhere. Nothing here needs more.
     const ALIGNMENT: usize = align_of::<f64>();
 
-    // SAFETY: these are the promises of C's functions.
+    // SAFETY: `malloc` and `realloc` give memory of its size that nobody else has, aligned to at least ALIGNMENT, or null; none of them
+    // unwinds. More aligned memory is refused below.
     unsafe impl GlobalAlloc for Malloc {
         unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
             if layout.align() > ALIGNMENT {
                 return core::ptr::null_mut();
             }
-            // SAFETY: any size is allowed.
+            // SAFETY: `malloc` takes any size.
             unsafe { malloc(layout.size()).cast() }
         }
 
         unsafe fn dealloc(&self, place: *mut u8, _: Layout) {
-            // SAFETY: it is from `malloc`.
+            // SAFETY: the caller promises that it is from `alloc` or `realloc`, and has not been freed.
             unsafe { free(place.cast()) }
         }
 
         unsafe fn realloc(&self, place: *mut u8, _: Layout, size: usize) -> *mut u8 {
-            // SAFETY: it is from `malloc`, and aligned to no more.
+            // SAFETY: as for `dealloc`; what `alloc` did not refuse is aligned to no more than what this gives.
             unsafe { realloc(place.cast(), size).cast() }
         }
     }

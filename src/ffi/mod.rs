@@ -444,6 +444,10 @@ unsafe fn one(
     Status::of_result(guarded(evaluate))
 }
 
+/// Pairs that are evaluated before the next values are zeroed: so few that these stay in the nearest cache, and a multiple of all
+/// numbers of lanes.
+const BLOCK: usize = 1024;
+
 /// # Safety
 /// That of `sateen_eval_batch_with`.
 unsafe fn many(
@@ -464,12 +468,17 @@ unsafe fn many(
         values.check(pairs, &[&wi, &wr], (albedos, albedo_count))?;
         // SAFETY: as the caller promises.
         let albedos = unsafe { albedos_of(albedos, albedo_count) }?;
-        // SAFETY: as the caller promises, and they have been checked.
-        let (wi, wr, values) =
-            unsafe { (wi.slices(pairs), wr.slices(pairs), values.slices(pairs)) };
+        // SAFETY: they have been checked for so many pairs, which the caller promises, and that nobody writes to them meanwhile.
+        let (wi, wr) = unsafe { (wi.slices(pairs), wr.slices(pairs)) };
         let level = Level::detect();
-        let table = &handle.table;
-        table.eval_batch_at(level, albedos, quantity, wi, wr, values);
+        for start in (0..pairs).step_by(BLOCK) {
+            let here = start..pairs.min(start + BLOCK);
+            // SAFETY: as before; the blocks of before are no longer used.
+            let values = unsafe { values.zeroed(&here) };
+            let [wi, wr] = [wi, wr].map(|w| w.map(|w| &w[here.clone()]));
+            let table = &handle.table;
+            table.eval_batch_at(level, albedos, quantity, wi, wr, values);
+        }
         Ok(())
     };
     Status::of_result(guarded(evaluate))

@@ -7,6 +7,7 @@ use crate::table::Error;
 /// Whether a function has done what it was asked: `sateen_status` in C.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
+#[non_exhaustive]
 pub enum Status {
     /// It has.
     Ok = 0,

@@ -65,6 +65,7 @@ impl Table {
 
 /// What a batch is evaluated to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Quantity {
     /// The BRDF.
     Brdf,

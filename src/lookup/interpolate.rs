@@ -235,10 +235,14 @@ impl Layout for All {
         let samples = &samples[start..last + ROW];
         #[inline(always)]
         move |b, c, d| {
+            // Known where loops over b, c and d are: nothing is left of it.
+            assert!(b < B && c < C && d < D);
             let offset = d * s3 + c * s2 + b * s1;
             debug_assert!(offset + ROW <= samples.len());
             #[expect(unsafe_code, reason = "27 checks per lookup cost as much as the sums")]
-            // SAFETY: the slice reaches to the end of the row with d = D − 1, c = C − 1, b = B − 1.
+            // SAFETY: `samples` have been cut to end with the row of d = D − 1, c = C − 1, b = B − 1, and with b, c and d below B, C and D, as
+            // has just been asserted, no row begins after that one. (Nothing wraps around: strides are products of
+            // the numbers of coefficients, of which `Table::from_bytes` and bakes have all in memory.)
             unsafe {
                 &*samples.as_ptr().add(offset).cast::<[T; ROW]>()
             }

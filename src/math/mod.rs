@@ -9,7 +9,7 @@ mod root;
 pub mod simd;
 
 pub use real::{Real, splat};
-pub use root::root;
+pub(crate) use root::root;
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};

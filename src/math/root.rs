@@ -4,7 +4,7 @@ use super::Real;
 
 /// The root of `f` in \[a, b\], where f(a) ≤ 0 ≤ f(b): regula falsi, halving the weight of an end that stays twice in a
 /// row (Illinois), with a bisection at every fourth step, until a step is not above `tolerance`; if that is 0, to the last bit or two.
-pub fn root<R: Real>(mut a: R, mut b: R, tolerance: R, f: impl Fn(R) -> R) -> R {
+pub(crate) fn root<R: Real>(mut a: R, mut b: R, tolerance: R, f: impl Fn(R) -> R) -> R {
     let half = R::of(0.5);
     let (mut f_a, mut f_b) = (f(a), f(b));
     if f_a >= R::zero() {

@@ -24,6 +24,7 @@ const BYTES: usize = 8 * WORDS;
 
 /// Why bytes are no needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NeedsError {
     /// The magic is not there.
     NotNeeds,

@@ -41,7 +41,7 @@ pub(super) fn html(report: &Report) -> String {
 }
 
 /// A page of its own with a heading.
-pub(crate) fn document(title: &str, content: &Markup) -> String {
+fn document(title: &str, content: &Markup) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {

@@ -8,15 +8,15 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::summary::{bytes, short_name};
+use super::summary::{bytes, plain, short_name};
 use super::{Axis, FabricReport, Family, HeatMap, Measurement, THESIS, pareto_front};
 
-pub(crate) const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFE);
-pub(crate) const INK: RGBColor = RGBColor(0x1F, 0x29, 0x37);
-pub(crate) const LINES: RGBColor = RGBColor(0xE5, 0xE7, 0xEB);
-pub(crate) const GREY: RGBColor = RGBColor(0x76, 0x7F, 0x8C);
-pub(crate) const ORANGE: RGBColor = RGBColor(0xD9, 0x6B, 0x06);
-pub(crate) const BLUE: RGBColor = RGBColor(0x1D, 0x5F, 0xD6);
+const PAPER: RGBColor = RGBColor(0xFF, 0xFF, 0xFE);
+const INK: RGBColor = RGBColor(0x1F, 0x29, 0x37);
+const LINES: RGBColor = RGBColor(0xE5, 0xE7, 0xEB);
+const GREY: RGBColor = RGBColor(0x76, 0x7F, 0x8C);
+const ORANGE: RGBColor = RGBColor(0xD9, 0x6B, 0x06);
+const BLUE: RGBColor = RGBColor(0x1D, 0x5F, 0xD6);
 const GREEN: RGBColor = RGBColor(0x1B, 0x85, 0x4A);
 
 /// Every colour and what it is in the dark.
@@ -32,30 +32,30 @@ const DARK: [(RGBColor, RGBColor); 7] = [
 
 /// Units of the drawing, half that in pixels on a phone.
 const SIZE: (u32, u32) = (640, 520);
-pub(crate) const FONT: u32 = 25;
-pub(crate) const LABEL_FONT: u32 = 22;
-pub(crate) const RADIUS: i32 = 7;
+const FONT: u32 = 25;
+const LABEL_FONT: u32 = 22;
+const RADIUS: i32 = 7;
 /// Errors below are drawn there: rounding of single precision.
 const LEAST_ERROR: f64 = 1e-6;
 
 /// A drawing.
-pub(crate) struct Plot {
+pub(super) struct Plot {
     /// What it shows, for the name of its file.
-    pub(crate) name: &'static str,
+    pub(super) name: &'static str,
     /// For those who cannot see it.
-    pub(crate) caption: String,
-    pub(crate) svg: String,
+    pub(super) caption: String,
+    pub(super) svg: String,
 }
 
 impl Plot {
     /// As part of a page that has the style sheet.
-    pub(crate) fn inlined(&self) -> String {
+    pub(super) fn inlined(&self) -> String {
         let role = format!("<svg role=\"img\" aria-label=\"{}\"", escape(&self.caption));
         self.svg.replacen("<svg", &role, 1)
     }
 
     /// As a file of its own.
-    pub(crate) fn standalone(&self) -> String {
+    pub(super) fn standalone(&self) -> String {
         let style = format!(
             "xmlns=\"http://www.w3.org/2000/svg\">\n<style>{}</style>",
             style_sheet()
@@ -125,11 +125,11 @@ fn escape(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-pub(crate) type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-pub(crate) type DrawError<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
-pub(crate) type Drawn<'a> = Result<(), DrawError<'a>>;
+type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type DrawError<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
+type Drawn<'a> = Result<(), DrawError<'a>>;
 
-pub(crate) fn draw(what: impl for<'a> Fn(&Root<'a>) -> Drawn<'a>) -> String {
+fn draw(what: impl for<'a> Fn(&Root<'a>) -> Drawn<'a>) -> String {
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
     root.fill(&PAPER)
@@ -298,17 +298,17 @@ fn colour(family: Family) -> RGBColor {
     }
 }
 
-pub(crate) fn font(size: u32) -> TextStyle<'static> {
+fn font(size: u32) -> TextStyle<'static> {
     ("sans-serif", size).into_text_style(&SIZE)
 }
 
-pub(crate) struct LogAxis {
-    pub(crate) range: Range<f64>,
-    pub(crate) ticks: Vec<f64>,
+struct LogAxis {
+    range: Range<f64>,
+    ticks: Vec<f64>,
 }
 
 /// An axis around positive `values`, with ticks at 1, 2 and 5, or at powers of ten where that would be many.
-pub(crate) fn log_axis(values: impl Iterator<Item = f64>) -> LogAxis {
+fn log_axis(values: impl Iterator<Item = f64>) -> LogAxis {
     let (least, most) = values.fold((f64::INFINITY, 0.0), |(least, most), x| {
         (x.min(least), x.max(most))
     });
@@ -328,11 +328,6 @@ pub(crate) fn log_axis(values: impl Iterator<Item = f64>) -> LogAxis {
         ticks: ticks.filter(|tick| (from..to).contains(tick)).collect(),
         range: from..to,
     }
-}
-
-/// A tick without the dust of its powers of ten.
-pub(crate) fn plain(x: f64) -> String {
-    format!("{}", format!("{x:.6e}").parse::<f64>().unwrap_or(x))
 }
 
 /// Names beside points, none across another, a point or a line.

@@ -165,7 +165,7 @@ fn against_thesis(speedup: f64) -> String {
 }
 
 /// Two digits that mean something.
-pub(crate) fn number(x: f64) -> String {
+pub(super) fn number(x: f64) -> String {
     if !(x > 0.0) {
         return "0".to_owned();
     }
@@ -173,6 +173,11 @@ pub(crate) fn number(x: f64) -> String {
     let step = 10f64.powi(decimals);
     let rounded = (x * step).round() / step;
     format!("{rounded:.*}", decimals.max(0) as usize)
+}
+
+/// A number without the dust of its powers of ten.
+pub(crate) fn plain(x: f64) -> String {
+    format!("{}", format!("{x:.6e}").parse::<f64>().unwrap_or(x))
 }
 
 /// A share as percent.
@@ -195,7 +200,7 @@ pub(super) fn time(ns: f64) -> String {
 }
 
 /// `4.1 MB`.
-pub(crate) fn bytes(count: usize) -> String {
+pub(super) fn bytes(count: usize) -> String {
     match count {
         0 => "–".to_owned(),
         1..1000 => format!("{count} B"),

@@ -1,17 +1,17 @@
-// sateen: a fabric's reflectance, in HLSL (shader model 4 and later). Needs, before it:
+// sateen: a fabric's reflectance, in HLSL (shader model 4 and later). Made of lookup.glsl by scripts/hlsl.sh. Needs, before it:
 //
 //     float4 sateen_parameter(int index)      parameters[index]: 32-bit floats
 //     float4 sateen_volume(float3 uvw)        the volume there: Texture3D.SampleLevel, linear filter, clamped, mip 0
 //
 // Directions are unit vectors in the surface frame: x warp, y weft, z normal; wi to the light, wr to the viewer. All of
-// it needs 32-bit floats: with OpenGL ES begin with `precision highp float; precision highp int;`. Functions are those of the Rust library
-// (src/shader/lookup.rs, src/brdf, src/chart), where every step is derived; src/shader/mod.rs has the layout of the parameters.
+// it needs 32-bit floats. Functions are those of the Rust library (src/shader/lookup.rs, src/brdf, src/chart), where every step is
+// derived; src/shader/mod.rs has the layout of the parameters.
 
 static const float SATEEN_PI = 3.14159265358979;
-// Keeps quotients of nothing finite.
-static const float SATEEN_TINY = 1e-30;
+// Keeps quotients of nothing finite. Products, since Godot writes literals anew, with 14 decimals.
+static const float SATEEN_TINY = 1e-10 * 1e-10 * 1e-10;
 // A direction that rises less than this above a cylinder's horizon sees nothing of it.
-static const float SATEEN_UNSEEN = 1e-18;
+static const float SATEEN_UNSEEN = 1e-9 * 1e-9;
 // Where in the parameters threads begin, and how many each takes.
 static const int SATEEN_HEADER = 2;
 static const int SATEEN_THREAD = 7;

@@ -8,6 +8,7 @@ use crate::volume::{GridVolume, Volume};
 
 /// How texels are filtered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Filter {
     /// With the weights that the coordinates say.
     Exact,

@@ -5,9 +5,9 @@
 //! whether values step where the model does not, and how far they are from the reference; of each preset whether its promise was
 //! kept, and by what means. What is not physical about the model itself is measured beside, so that it is not taken for an error.
 
-mod page;
 mod pairs;
 mod records;
+mod summary;
 mod sweeps;
 mod verdict;
 
@@ -212,15 +212,12 @@ impl StressReport {
         self.fabrics.iter().all(cases)
     }
 
-    /// The names and contents of the files that show it: CSV, JSON, plots and a page.
+    /// The names and contents of the files that hold it: CSV and JSON.
     pub fn files(&self) -> Vec<(String, String)> {
-        let mut files = vec![
+        vec![
             ("stress.csv".to_owned(), records::csv(self)),
             ("stress.json".to_owned(), crate::report::records::json(self)),
-            ("index.html".to_owned(), page::html(self)),
-        ];
-        files.extend(page::plots(self));
-        files
+        ]
     }
 }
 

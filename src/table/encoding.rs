@@ -1,7 +1,8 @@
 //! How a coefficient of a table is stored.
 
-use super::Numbers;
-use super::grid::PADDING;
+use super::numbers::Numbers;
+#[cfg(feature = "bake")]
+use super::numbers::own;
 
 /// What a stored number is of the coefficient it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -10,6 +11,7 @@ use super::grid::PADDING;
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case")
 )]
+#[non_exhaustive]
 pub enum Encoding {
     /// Of the value, f32.
     F32,
@@ -80,7 +82,7 @@ impl Encoding {
 /// The stored numbers of a table, and what follows them so that rows can be read whole: zeros, or what else is behind them in a
 /// file.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Samples {
+pub(crate) enum Samples {
     /// Of 32-bit floats.
     F32(Numbers<f32>),
     /// Of 16-bit integers.
@@ -91,23 +93,18 @@ pub enum Samples {
 
 impl Samples {
     /// Stores numbers of magnitude up to [`Encoding::unit`], and the zeros that a grid's samples end with.
-    pub fn store(encoding: Encoding, numbers: impl Iterator<Item = f64>) -> Self {
-        let numbers = numbers.chain(core::iter::repeat_n(0.0, PADDING));
+    #[cfg(feature = "bake")]
+    pub(crate) fn store(encoding: Encoding, numbers: impl Iterator<Item = f64>) -> Self {
+        let round: fn(f64) -> f64 = num_traits::Float::round;
         match encoding {
-            Encoding::F32 | Encoding::SqrtF32 => Self::F32(numbers.map(|x| x as f32).collect()),
-            Encoding::I16 | Encoding::SqrtI16 => Self::I16(
-                numbers
-                    .map(|x| num_traits::Float::round(x) as i16)
-                    .collect(),
-            ),
-            Encoding::SqrtI8 => {
-                Self::I8(numbers.map(|x| num_traits::Float::round(x) as i8).collect())
-            }
+            Encoding::F32 | Encoding::SqrtF32 => Self::F32(own(numbers.map(|x| x as f32))),
+            Encoding::I16 | Encoding::SqrtI16 => Self::I16(own(numbers.map(|x| round(x) as i16))),
+            Encoding::SqrtI8 => Self::I8(own(numbers.map(|x| round(x) as i8))),
         }
     }
 
-    /// How many there are.
-    pub fn len(&self) -> usize {
+    /// How many there are, with those that follow them.
+    pub(crate) fn len(&self) -> usize {
         match self {
             Self::F32(samples) => samples.len(),
             Self::I16(samples) => samples.len(),
@@ -116,16 +113,11 @@ impl Samples {
     }
 
     /// Whether they are in the memory of the file that they were loaded from ([`super::Table::from_static`]).
-    pub fn is_lent(&self) -> bool {
+    pub(crate) fn is_lent(&self) -> bool {
         match self {
             Self::F32(samples) => samples.is_lent(),
             Self::I16(samples) => samples.is_lent(),
             Self::I8(samples) => samples.is_lent(),
         }
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }

@@ -45,13 +45,14 @@ mod rows;
 
 pub(crate) use axis::TAPS;
 pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, REACH};
-pub use encoding::{Encoding, Samples};
+pub use encoding::Encoding;
+pub(crate) use encoding::Samples;
 pub use error::Error;
 pub use format::{MAJOR, MAX_DECODED_BYTES, MINOR};
 pub(crate) use grid::{CHANNELS, ROW};
 pub use grid::{Content, Grid};
 pub(crate) use misses::Misses;
-pub use numbers::Numbers;
+pub(crate) use numbers::Numbers;
 pub(crate) use rows::Rows;
 #[cfg(feature = "bake")]
 pub(crate) use rows::{Run, place_of};

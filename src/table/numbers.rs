@@ -6,23 +6,32 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::ops::Deref;
 use core::panic::{RefUnwindSafe, UnwindSafe};
+use core::ptr::NonNull;
 
 use super::grid::PADDING;
 
-/// Numbers in a row, in memory of their own or in that of a file which is kept as long as they are.
-#[derive(Debug, Clone)]
-pub struct Numbers<T: 'static>(Memory<T>);
+/// Numbers in a row, in memory of their own or in that of a file which is kept as long as they are. [`PADDING`] more follow them, so
+/// that rows can be read whole.
+#[derive(Clone)]
+pub(crate) struct Numbers<T>(Memory<T>);
 
-#[derive(Debug, Clone)]
-enum Memory<T: 'static> {
+#[derive(Clone)]
+enum Memory<T> {
     Own(Vec<T>),
     Lent {
-        /// In truth as long as there is the lender.
-        numbers: &'static [T],
+        /// Readable and unchanged as long as there is the lender: [`lend`]'s caller sees to it.
+        numbers: NonNull<[T]>,
         /// Never asked, but kept.
         _lender: Lender,
     },
 }
+
+#[expect(unsafe_code, reason = "a pointer to what nobody writes to")]
+// SAFETY: lent numbers are only read, so that the pointer is what `&[T]` would be; lenders are Send and Sync.
+unsafe impl<T: Send + Sync> Send for Memory<T> {}
+#[expect(unsafe_code, reason = "a pointer to what nobody writes to")]
+// SAFETY: as above.
+unsafe impl<T: Send + Sync> Sync for Memory<T> {}
 
 /// What keeps the bytes of a file where they are.
 #[derive(Clone)]
@@ -40,22 +49,22 @@ pub(super) enum Lender {
 impl UnwindSafe for Lender {}
 impl RefUnwindSafe for Lender {}
 
-impl fmt::Debug for Lender {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Static => "Static",
-            #[cfg(target_has_atomic = "ptr")]
-            Self::Shared(_) => "Shared",
-        })
-    }
-}
+/// A number that may be read from any bytes.
+///
+/// # Safety
+/// Every pattern of bits is a value of the type, which has no padding, and nothing in it that can change behind a shared reference.
+#[expect(unsafe_code, reason = "what it promises is relied on")]
+pub(super) unsafe trait Plain: Copy + Default + 'static {}
 
-/// A number whose bytes, in the order of the machine, may be anything.
-pub(super) trait Plain: Copy {}
-
-impl Plain for f32 {}
-impl Plain for i16 {}
-impl Plain for i8 {}
+#[expect(unsafe_code, reason = "what it promises is relied on")]
+// SAFETY: all bits are floats; some are NaN, which readers look for.
+unsafe impl Plain for f32 {}
+#[expect(unsafe_code, reason = "what it promises is relied on")]
+// SAFETY: all bits are integers.
+unsafe impl Plain for i16 {}
+#[expect(unsafe_code, reason = "what it promises is relied on")]
+// SAFETY: all bits are integers.
+unsafe impl Plain for i8 {}
 
 /// The numbers that `bytes` begin with, so many and [`PADDING`] more, where they are: `None` if there are not as many, if
 /// they are not aligned, or if the machine would read their bytes in another order.
@@ -72,40 +81,33 @@ pub(super) unsafe fn lend<T: Plain>(
         return None;
     }
     let length = count.checked_add(PADDING)?.checked_mul(size_of::<T>())?;
-    // SAFETY: numbers that are `Plain` have no bytes that they cannot be made of.
+    // SAFETY: `Plain` types can be made of any bytes.
     let (before, numbers, after) = unsafe { bytes.get(..length)?.align_to::<T>() };
     if !before.is_empty() || !after.is_empty() {
         return None;
     }
-    // SAFETY: the lender is kept beside them, and the caller promises the rest.
-    let numbers = unsafe { core::slice::from_raw_parts(numbers.as_ptr(), numbers.len()) };
     Some(Numbers(Memory::Lent {
-        numbers,
+        numbers: NonNull::from(numbers),
         _lender: lender.clone(),
     }))
 }
 
+/// In memory of their own, followed by zeros.
+pub(super) fn own<T: Plain>(numbers: impl Iterator<Item = T>) -> Numbers<T> {
+    let padding = core::iter::repeat_n(T::default(), PADDING);
+    Numbers(Memory::Own(numbers.chain(padding).collect()))
+}
+
 impl<T> Numbers<T> {
     /// Whether they are in memory that is not their own.
-    pub fn is_lent(&self) -> bool {
+    pub(crate) fn is_lent(&self) -> bool {
         matches!(self.0, Memory::Lent { .. })
     }
 
-    /// Without what follows them so that rows can be read whole.
+    /// Without what follows them.
     pub(super) fn stored(&self) -> &[T] {
+        // Neither [`own`] nor [`lend`] makes fewer.
         &self[..self.len() - PADDING]
-    }
-}
-
-impl<T> From<Vec<T>> for Numbers<T> {
-    fn from(numbers: Vec<T>) -> Self {
-        Self(Memory::Own(numbers))
-    }
-}
-
-impl<T> FromIterator<T> for Numbers<T> {
-    fn from_iter<I: IntoIterator<Item = T>>(numbers: I) -> Self {
-        Vec::from_iter(numbers).into()
     }
 }
 
@@ -116,8 +118,17 @@ impl<T> Deref for Numbers<T> {
     fn deref(&self) -> &[T] {
         match &self.0 {
             Memory::Own(numbers) => numbers,
-            Memory::Lent { numbers, .. } => numbers,
+            #[expect(unsafe_code, reason = "what a lender keeps")]
+            // SAFETY: it is made of a slice of as many, and `self` holds the lender, for as long as which the caller of [`lend`] promises that
+            // they are there and do not change; the slice lives no longer than `self` is borrowed.
+            Memory::Lent { numbers, .. } => unsafe { numbers.as_ref() },
         }
+    }
+}
+
+impl<T: fmt::Debug> fmt::Debug for Numbers<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.stored().fmt(f)
     }
 }
 

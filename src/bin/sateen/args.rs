@@ -253,8 +253,8 @@ pub(crate) struct ReportArgs {
 
 /// Try every evaluator on stiff fabrics and extreme directions.
 ///
-/// Drives each parameter of a fabric to its extremes, asks at directions that are hard, and writes index.html, stress.csv,
-/// stress.json and plots: what is finite, how far single precision is from double, where values step, and whether tables keep
+/// Drives each parameter of a fabric to its extremes, asks at directions that are hard, and writes stress.csv and stress.json:
+/// what is finite, how far single precision is from double, where values step, and whether tables keep
 /// their preset's promise. Exit status 3 if a case fails.
 #[derive(clap::Args)]
 pub(crate) struct StressArgs {

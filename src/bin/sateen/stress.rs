@@ -40,8 +40,8 @@ pub(crate) fn run(args: &StressArgs) -> Result<Outcome> {
     }
     drop(bar);
     say(&format!(
-        "the report is {}",
-        folder.join("index.html").display()
+        "every case is in {}",
+        folder.join("stress.csv").display()
     ));
     Ok(if report.holds() {
         Outcome::Done

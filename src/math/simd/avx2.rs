@@ -7,7 +7,8 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 use super::{Kernel, Row, Vector, approx};
 use crate::math::Lanes;
 
-/// Only [`run`] makes these, so wherever one exists the machine has the instructions.
+/// Where code is that names this type, the machine has AVX2 and FMA: it is private to `simd`, and kernels get it as their `V` or `R`
+/// from functions alone whose callers have asked for these ([`run`]).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct F32x8(__m256);
 
@@ -29,10 +30,17 @@ pub(super) unsafe fn run_single<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<super::Single, F32x8>()
 }
 
+/// A value of instructions that take and give registers alone.
+macro_rules! registers {
+    ($value:expr) => {
+        // SAFETY: the machine has the instructions: see [`F32x8`].
+        unsafe { $value }
+    };
+}
+
 macro_rules! vector {
     ($value:expr) => {
-        // SAFETY: the instructions are there wherever the type is.
-        Self(unsafe { $value })
+        Self(registers!($value))
     };
 }
 
@@ -112,13 +120,11 @@ impl Lanes for F32x8 {
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
-        // SAFETY: as above.
-        unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) }
+        registers!(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0))
     }
     #[inline(always)]
     fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
-        // SAFETY: as above.
-        unsafe { _mm256_and_ps(a, b) }
+        registers!(_mm256_and_ps(a, b))
     }
     #[inline(always)]
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self {
@@ -150,26 +156,26 @@ impl Vector for F32x8 {
 
     #[inline(always)]
     fn from_array(array: Self::Array) -> Self {
-        vector!(_mm256_loadu_ps(array.as_ptr()))
+        // SAFETY: the machine has the instruction, and the array its 8 floats; they need not be aligned.
+        Self(unsafe { _mm256_loadu_ps(array.as_ptr()) })
     }
     #[inline(always)]
     fn to_array(self) -> Self::Array {
         let mut array = [0.0; 8];
-        // SAFETY: as above, and there is room.
+        // SAFETY: the machine has the instruction, and the array room for 8 floats; it need not be aligned.
         unsafe { _mm256_storeu_ps(array.as_mut_ptr(), self.0) }
         array
     }
     #[inline(always)]
     fn index_to_array(index: Self::Index) -> Self::IndexArray {
         let mut array = [0; 8];
-        // SAFETY: as above, and there is room.
+        // SAFETY: the machine has the instruction, and the array room for 8 integers; it need not be aligned.
         unsafe { _mm256_storeu_si256(array.as_mut_ptr().cast(), index) }
         array
     }
     #[inline(always)]
     fn truncate(self) -> Self::Index {
-        // SAFETY: as above.
-        unsafe { _mm256_cvttps_epi32(self.0) }
+        registers!(_mm256_cvttps_epi32(self.0))
     }
     #[inline(always)]
     fn round(self) -> Self {
@@ -196,31 +202,26 @@ impl Vector for F32x8 {
     }
     #[inline(always)]
     fn gather(table: &[u32], index: Self::Index) -> Self::Index {
-        let index = within(index, table.len());
-        // SAFETY: as above, and the indices are within the table.
+        // As signed integers, which the instruction takes them for, no index is negative then.
+        assert!((1..=1 << 31).contains(&table.len()));
+        let last = (table.len() - 1) as i32;
+        let index = registers!(_mm256_min_epu32(index, _mm256_set1_epi32(last)));
+        // SAFETY: the machine has the instruction, and every index is from 0 to the last of the table, by the line before.
         unsafe { _mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index) }
     }
-}
-
-/// Indices into a table of `length` > 0 elements, at most 2³¹.
-#[inline(always)]
-fn within(index: __m256i, length: usize) -> __m256i {
-    assert!((1..=1 << 31).contains(&length));
-    // SAFETY: as above.
-    unsafe { _mm256_min_epu32(index, _mm256_set1_epi32((length - 1) as i32)) }
 }
 
 impl Row for F32x8 {
     #[inline(always)]
     fn widen_i16(row: &[i16; 8]) -> Self {
-        vector!(_mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(_mm_loadu_si128(
-            row.as_ptr().cast()
-        ))))
+        // SAFETY: the machine has the instruction, and the row the 16 bytes that it reads; they need not be aligned.
+        let row = unsafe { _mm_loadu_si128(row.as_ptr().cast()) };
+        vector!(_mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(row)))
     }
     #[inline(always)]
     fn widen_i8(row: &[i8; 8]) -> Self {
-        vector!(_mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(
-            row.as_ptr().cast()
-        ))))
+        // SAFETY: the machine has the instruction, and the row the 8 bytes that it reads; they need not be aligned.
+        let row = unsafe { _mm_loadl_epi64(row.as_ptr().cast()) };
+        vector!(_mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(row)))
     }
 }

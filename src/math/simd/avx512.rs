@@ -7,7 +7,8 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 use super::{Kernel, Vector, approx};
 use crate::math::Lanes;
 
-/// Only [`run`] makes these, so wherever one exists the machine has the instructions.
+/// Where code is that names this type, the machine has AVX-512 F, AVX2 and FMA: it is private to `simd`, and kernels get it as their `V` or `R`
+/// from functions alone whose callers have asked for these ([`run`]).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct F32x16(__m512);
 
@@ -20,10 +21,17 @@ pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<F32x16, super::avx2::F32x8>()
 }
 
+/// A value of instructions that take and give registers alone.
+macro_rules! registers {
+    ($value:expr) => {
+        // SAFETY: the machine has the instructions: see [`F32x16`].
+        unsafe { $value }
+    };
+}
+
 macro_rules! vector {
     ($value:expr) => {
-        // SAFETY: the instructions are there wherever the type is.
-        Self(unsafe { $value })
+        Self(registers!($value))
     };
 }
 
@@ -103,8 +111,7 @@ impl Lanes for F32x16 {
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
-        // SAFETY: as above.
-        unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0) }
+        registers!(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0))
     }
     #[inline(always)]
     fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
@@ -140,26 +147,26 @@ impl Vector for F32x16 {
 
     #[inline(always)]
     fn from_array(array: Self::Array) -> Self {
-        vector!(_mm512_loadu_ps(array.as_ptr()))
+        // SAFETY: the machine has the instruction, and the array its 16 floats; they need not be aligned.
+        Self(unsafe { _mm512_loadu_ps(array.as_ptr()) })
     }
     #[inline(always)]
     fn to_array(self) -> Self::Array {
         let mut array = [0.0; 16];
-        // SAFETY: as above, and there is room.
+        // SAFETY: the machine has the instruction, and the array room for 16 floats; it need not be aligned.
         unsafe { _mm512_storeu_ps(array.as_mut_ptr(), self.0) }
         array
     }
     #[inline(always)]
     fn index_to_array(index: Self::Index) -> Self::IndexArray {
         let mut array = [0; 16];
-        // SAFETY: as above, and there is room.
+        // SAFETY: the machine has the instruction, and the array room for 16 integers; it need not be aligned.
         unsafe { _mm512_storeu_si512(array.as_mut_ptr().cast(), index) }
         array
     }
     #[inline(always)]
     fn truncate(self) -> Self::Index {
-        // SAFETY: as above.
-        unsafe { _mm512_cvttps_epi32(self.0) }
+        registers!(_mm512_cvttps_epi32(self.0))
     }
     #[inline(always)]
     fn round(self) -> Self {
@@ -187,16 +194,11 @@ impl Vector for F32x16 {
     }
     #[inline(always)]
     fn gather(table: &[u32], index: Self::Index) -> Self::Index {
-        let index = within(index, table.len());
-        // SAFETY: as above, and the indices are within the table.
+        // As signed integers, which the instruction takes them for, no index is negative then.
+        assert!((1..=1 << 31).contains(&table.len()));
+        let last = (table.len() - 1) as i32;
+        let index = registers!(_mm512_min_epu32(index, _mm512_set1_epi32(last)));
+        // SAFETY: the machine has the instruction, and every index is from 0 to the last of the table, by the line before.
         unsafe { _mm512_i32gather_epi32::<4>(index, table.as_ptr().cast()) }
     }
-}
-
-/// Indices into a table of `length` > 0 elements, at most 2³¹.
-#[inline(always)]
-fn within(index: __m512i, length: usize) -> __m512i {
-    assert!((1..=1 << 31).contains(&length));
-    // SAFETY: as above.
-    unsafe { _mm512_min_epu32(index, _mm512_set1_epi32((length - 1) as i32)) }
 }

@@ -34,12 +34,12 @@ fn ask() -> Level {
     }
     #[target_feature(enable = "xsave")]
     fn saved() -> u32 {
-        // SAFETY: register 0 is there wherever the instruction is.
+        // SAFETY: the instruction is there, by this function's target feature, and wherever it is, register 0 is.
         #[expect(unsafe_code, reason = "an instruction of some machines")]
         let registers = unsafe { _xgetbv(0) };
         registers as u32
     }
-    // SAFETY: the system has enabled XSAVE.
+    // SAFETY: the machine has XSAVE and the system has enabled it: bit 27, asked for above, says both.
     #[expect(unsafe_code, reason = "an instruction of some machines")]
     let saved = unsafe { saved() };
     // What the system keeps for every thread: registers of 128 and 256 bits; masks and registers of 512 bits.

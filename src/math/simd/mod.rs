@@ -19,10 +19,13 @@ mod pairs;
 mod portable;
 
 use super::Lanes;
-pub use pairs::{Colours, Directions, PairFunction, at_pair, map_pairs};
+pub use pairs::{Colours, Directions};
+pub(crate) use pairs::{PairFunction, at_pair, map_pairs};
+#[doc(hidden)]
 pub use portable::{Eight, Single};
 
 /// A register full of `f32`.
+#[doc(hidden)]
 pub trait Vector: Lanes {
     /// How many.
     const LANES: usize;
@@ -52,6 +55,7 @@ pub trait Vector: Lanes {
 }
 
 /// Eight `f32`, which narrower numbers can be widened to.
+#[doc(hidden)]
 pub trait Row: Vector<Array = [f32; 8]> {
     /// Whether it takes no instructions that only some machines have.
     const IS_PORTABLE: bool = false;
@@ -62,6 +66,7 @@ pub trait Row: Vector<Array = [f32; 8]> {
 }
 
 /// An algorithm for any instruction set.
+#[doc(hidden)]
 pub trait Kernel {
     /// What it returns.
     type Output;
@@ -72,6 +77,7 @@ pub trait Kernel {
 
 /// The instruction sets that there is a file for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum Level {
     /// Any machine.
     Portable,
@@ -132,12 +138,12 @@ impl Level {
         if self.is_available() {
             match self {
                 Self::Portable => {}
-                // SAFETY: the machine has been asked for the instructions just above.
+                // SAFETY: `is_available` has asked the machine for AVX2 and FMA, just above.
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx2 => return unsafe { avx2::run(kernel) },
                 #[cfg(feature = "small")]
                 Self::Avx512 => {}
-                // SAFETY: the machine has been asked for the instructions just above.
+                // SAFETY: `is_available` has asked the machine for AVX-512 F, AVX2 and FMA, just above.
                 #[cfg(not(feature = "small"))]
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx512 => return unsafe { avx512::run(kernel) },
@@ -155,7 +161,7 @@ impl Level {
     pub fn run_single<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(target_arch = "x86_64")]
         if self != Self::Portable && Self::Avx2.is_available() {
-            // SAFETY: the machine has been asked for the instructions just above.
+            // SAFETY: `is_available` has asked the machine for AVX2 and FMA, just above.
             #[expect(unsafe_code, reason = "functions of an instruction set")]
             return unsafe { avx2::run_single(kernel) };
         }

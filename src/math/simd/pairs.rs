@@ -11,7 +11,7 @@ pub type Directions<'a> = [&'a [f32]; 3];
 pub type Colours<'a> = [&'a mut [f32]; 3];
 
 /// A colour for a pair of directions `wi` and `wr`.
-pub trait PairFunction {
+pub(crate) trait PairFunction {
     /// The function, for several pairs side by side. Lanes do not know of each other.
     fn at<V: Vector, R: Row>(&self, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V>;
 }
@@ -20,7 +20,7 @@ pub trait PairFunction {
 ///
 /// # Panics
 /// When the slices are not all of one length.
-pub fn map_pairs<F: PairFunction>(
+pub(crate) fn map_pairs<F: PairFunction>(
     level: Level,
     function: &F,
     wi: Directions<'_>,
@@ -42,7 +42,7 @@ pub fn map_pairs<F: PairFunction>(
 }
 
 /// The `function` of one pair, compiled for the machine's instructions.
-pub fn at_pair<F: PairFunction>(function: &F, wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
+pub(crate) fn at_pair<F: PairFunction>(function: &F, wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
     Level::detect().run_single(One { function, wi, wr })
 }
 

@@ -8,7 +8,7 @@ use core::f64::consts::{FRAC_PI_2, PI};
 
 use num_traits::Float;
 
-use super::{Chart, Coordinates};
+use crate::chart::{Chart, Coordinates};
 use crate::math::Vec3;
 use crate::needs::Cap;
 

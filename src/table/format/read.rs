@@ -1,0 +1,416 @@
+//! Bytes as a table.
+//!
+//! All checks are here and in `header`. What [`Table::from_bytes`] returns can be evaluated without any.
+
+#[cfg(target_has_atomic = "ptr")]
+use alloc::sync::Arc;
+use alloc::{string::String, vec::Vec};
+
+use super::coding::{Chunk, Codec, RUN_WORDS, Words, checksum, decode};
+use super::header::{GridHeader, MAX_THREADS, Reader};
+use super::{
+    ALIGNMENT, CHECKED_FROM, MAGIC, MAJOR, MAPPED_MINOR, MARGIN, MAX_DECODED_BYTES, MINOR,
+};
+use crate::brdf::{Reweighting, limits};
+use crate::table::numbers::{self, Lender, Plain};
+use crate::table::rows::Run;
+use crate::table::{Encoding, Error, Grid, Grids, Numbers, Rows, Samples, Table, ThreadTable};
+
+/// The most bytes of metadata: twice a fabric's text, whose line breaks and quotes are escaped in it, and what else there
+/// is to say.
+const MAX_METADATA_BYTES: usize = 4 << 20;
+const MAX_HEADER_BYTES: usize = 16 << 20;
+
+impl Table {
+    /// Reads a table and checks everything: version, checksums, sizes, ranges, that every number is finite.
+    ///
+    /// # Errors
+    /// [`Error`] says what is wrong. Whatever a header claims, no more memory than three times [`MAX_DECODED_BYTES`] is
+    /// asked for: decompressed planes, bytes and samples. A small file cannot ask for that much: zstd makes at most 32768
+    /// bytes of one.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        Self::from_file(&File {
+            bytes,
+            lender: None,
+        })
+    }
+
+    /// The same, but samples that are not compressed stay where they are, if they can be read there: what
+    /// [`Table::to_mappable_bytes`] has written, at an address that is a multiple of 4 (memory maps begin at pages), on a
+    /// little-endian machine. Other samples are copied, as [`Table::from_bytes`] does; [`Table::lent_bytes`] says how many
+    /// are not.
+    ///
+    /// # Errors
+    /// Those of [`Table::from_bytes`].
+    pub fn from_static(bytes: &'static [u8]) -> Result<Self, Error> {
+        Self::from_file(&File {
+            bytes,
+            lender: Some(Lender::Static),
+        })
+    }
+
+    /// The same with bytes that are kept until the last of the table's clones is dropped: a memory map, or a buffer. (Whoever
+    /// maps a file promises, as for any map, that nobody writes to it or shortens it meanwhile.)
+    ///
+    /// # Errors
+    /// Those of [`Table::from_bytes`].
+    #[cfg(target_has_atomic = "ptr")]
+    pub fn from_shared(owner: Arc<dyn AsRef<[u8]> + Send + Sync>) -> Result<Self, Error> {
+        Self::from_file(&File {
+            // Asked once: another time it might give others.
+            bytes: (*owner).as_ref(),
+            lender: Some(Lender::Shared(owner.clone())),
+        })
+    }
+
+    fn from_file(file: &File<'_>) -> Result<Self, Error> {
+        let bytes = file.bytes;
+        let (header, minor) = header_of(bytes)?;
+        let mut reader = Reader {
+            bytes: header,
+            offset: CHECKED_FROM,
+        };
+        let chunk_count = reader.u32()?;
+        let reweighting = match reader.u8()? {
+            0 => Reweighting::View,
+            1 => Reweighting::Both,
+            _ => return Err(reader.invalid("reweighting")),
+        };
+        reader.zero(3)?;
+        let sigma_u = reader.f32()?;
+        if !limits::SIGMA_U.contains(&f64::from(sigma_u)) {
+            return Err(reader.invalid("width of u"));
+        }
+        let rho_scale = match minor {
+            0 => 1.0,
+            _ => reader.f32()?,
+        };
+        // Rounded to an f32, the ends may be a little beyond.
+        if !(0.99 * limits::RHO_SCALE.start()..=*limits::RHO_SCALE.end())
+            .contains(&f64::from(rho_scale))
+        {
+            return Err(reader.invalid("scale of ρ"));
+        }
+        let thread_count = reader.count("number of threads", 0..=MAX_THREADS)?;
+        let mut threads = Vec::new();
+        for _ in 0..thread_count {
+            threads.push(reader.thread(minor)?);
+        }
+        let grid_chunks: usize = threads.iter().map(|(_, grids)| grids.chunks()).sum();
+        if chunk_count as usize != grid_chunks + 1 {
+            return Err(reader.invalid("number of chunks"));
+        }
+        let coverage: f64 = threads.iter().map(|(thread, _)| thread.coverage).sum();
+        if coverage > 1.0 + 1e-6 {
+            return Err(reader.invalid("sum of coverages"));
+        }
+        let mut chunks = Vec::new();
+        for _ in 0..chunk_count {
+            chunks.push(reader.chunk()?);
+        }
+        reader.zero(header.len() - reader.offset)?;
+        let margin = if minor == MAPPED_MINOR { MARGIN } else { 0 };
+        check_layout(bytes, header.len(), &chunks, margin)?;
+
+        let mut grid_chunks = chunks.iter();
+        let metadata_chunk = grid_chunks
+            .next()
+            .ok_or(reader.invalid("number of chunks"))?;
+        if metadata_chunk.decoded_bytes > MAX_METADATA_BYTES {
+            return Err(Error::Invalid {
+                what: "length of the metadata",
+                offset: metadata_chunk.offset,
+            });
+        }
+        let metadata = decode(bytes, metadata_chunk, Words::None, "metadata")?;
+        let metadata = String::from_utf8(metadata.into_owned()).map_err(|_| Error::Invalid {
+            what: "metadata is not UTF-8",
+            offset: metadata_chunk.offset,
+        })?;
+        let mut loaded = Vec::new();
+        for (parameters, grids) in threads {
+            let grids = grids.try_map(|grid| {
+                let mut next = || grid_chunks.next().ok_or(reader.invalid("number of chunks"));
+                let samples = next()?;
+                let runs = if grid.has_runs { Some(next()?) } else { None };
+                grid.load(file, samples, runs)
+            })?;
+            loaded.push(ThreadTable::new(parameters, grids));
+        }
+        let gap = (1.0 - coverage).max(0.0) as f32;
+        let mut table = Self::new(loaded, gap, sigma_u, rho_scale, reweighting);
+        table.metadata = metadata;
+        if minor != MAPPED_MINOR && table.format() != (MAJOR, minor) {
+            return Err(Error::Invalid {
+                what: "minor version",
+                offset: 10,
+            });
+        }
+        Ok(table)
+    }
+}
+
+/// A file's bytes, and what keeps them, if anything does.
+struct File<'a> {
+    bytes: &'a [u8],
+    /// What keeps the bytes where they are, unchanged, for as long as there is a clone of it:
+    ///
+    /// - [`Lender::Static`]: they are `&'static`.
+    /// - [`Lender::Shared`]: they were borrowed from what the `Arc` owns, by `&self`. As long as there is a clone of the `Arc`, its owner is
+    ///   neither moved nor dropped, and nobody can get `&mut` of it, for which `Arc` would have to be the only one. Others may
+    ///   have `&` of it, but no safe type may take back or change what it lent by `&self` while that borrow could
+    ///   still last; that nobody can see that ours has ended does not matter to it. So the bytes stay as if they were borrowed.
+    lender: Option<Lender>,
+}
+
+impl File<'_> {
+    /// A chunk's numbers where they are, if they can be.
+    fn lend<T: Plain>(&self, chunk: &Chunk, count: usize) -> Option<Numbers<T>> {
+        let lender = self
+            .lender
+            .as_ref()
+            .filter(|_| chunk.codec == Codec::Stored)?;
+        let bytes = self.bytes.get(chunk.offset..)?;
+        #[expect(unsafe_code, reason = "numbers without a copy of them")]
+        // SAFETY: `bytes` are part of `self.bytes`, which the lender keeps as they are: see [`File::lender`].
+        unsafe {
+            numbers::lend(bytes, count, lender)
+        }
+    }
+}
+
+/// The header's bytes, complete and unchanged, and the minor version.
+fn header_of(bytes: &[u8]) -> Result<(&[u8], u16), Error> {
+    let magic = &bytes[..bytes.len().min(MAGIC.len())];
+    if magic.is_empty() || magic != &MAGIC[..magic.len()] {
+        return Err(Error::NotATable);
+    }
+    let truncated = |expected: usize| Error::Truncated {
+        expected: expected as u64,
+        found: bytes.len() as u64,
+    };
+    let start = bytes.get(..CHECKED_FROM).ok_or(truncated(CHECKED_FROM))?;
+    let mut reader = Reader {
+        bytes: start,
+        offset: MAGIC.len(),
+    };
+    let (major, minor) = (reader.u16()?, reader.u16()?);
+    if major != MAJOR || minor > MINOR {
+        return Err(Error::Version { major, minor });
+    }
+    let length = reader.u32()? as usize;
+    if !(ALIGNMENT..=MAX_HEADER_BYTES).contains(&length) || !length.is_multiple_of(ALIGNMENT) {
+        return Err(Error::Invalid {
+            what: "header length",
+            offset: 12,
+        });
+    }
+    let crc = reader.u32()?;
+    let header = bytes.get(..length).ok_or(truncated(length))?;
+    if checksum(&header[CHECKED_FROM..]) != crc {
+        return Err(Error::Checksum { part: "header" });
+    }
+    Ok((header, minor))
+}
+
+/// Chunks follow the header and each other, each at the next aligned offset, then so many zeros, and nothing follows them.
+fn check_layout(
+    bytes: &[u8],
+    header_length: usize,
+    chunks: &[Chunk],
+    margin: usize,
+) -> Result<(), Error> {
+    let not_zero = |offset: usize| Error::Invalid {
+        what: "padding is not zero",
+        offset,
+    };
+    let mut end = header_length;
+    for chunk in chunks {
+        let start = end.next_multiple_of(ALIGNMENT);
+        if chunk.offset != start {
+            return Err(Error::Invalid {
+                what: "chunk offset",
+                offset: chunk.offset,
+            });
+        }
+        let padding = bytes.get(end..start).unwrap_or(&[]);
+        if padding.iter().any(|byte| *byte != 0) {
+            return Err(not_zero(end));
+        }
+        end = start.saturating_add(chunk.stored_bytes);
+        if end > bytes.len() {
+            return Err(Error::Truncated {
+                expected: end as u64,
+                found: bytes.len() as u64,
+            });
+        }
+    }
+    let (expected, found) = (end as u64 + margin as u64, bytes.len() as u64);
+    if found < expected {
+        return Err(Error::Truncated { expected, found });
+    }
+    if bytes[end..].iter().take(margin).any(|byte| *byte != 0) {
+        return Err(not_zero(end));
+    }
+    if found > expected {
+        return Err(Error::TrailingBytes { expected, found });
+    }
+    let decoded: u64 = chunks.iter().map(|chunk| chunk.decoded_bytes as u64).sum();
+    if decoded > MAX_DECODED_BYTES {
+        return Err(Error::TooLarge { bytes: decoded });
+    }
+    Ok(())
+}
+
+impl Grids<GridHeader> {
+    /// How many chunks they have.
+    fn chunks(&self) -> usize {
+        let of = |grid: &GridHeader| 1 + usize::from(grid.has_runs);
+        match self {
+            Self::None => 0,
+            Self::Segments(grid) => of(grid),
+            Self::Curve {
+                response,
+                projection,
+            } => of(response) + of(projection),
+        }
+    }
+}
+
+impl<G> Grids<G> {
+    /// The same with every grid made another, in the order of the file.
+    fn try_map<T>(self, mut of: impl FnMut(G) -> Result<T, Error>) -> Result<Grids<T>, Error> {
+        Ok(match self {
+            Self::None => Grids::None,
+            Self::Segments(grid) => Grids::Segments(of(grid)?),
+            Self::Curve {
+                response,
+                projection,
+            } => Grids::Curve {
+                response: of(response)?,
+                projection: of(projection)?,
+            },
+        })
+    }
+}
+
+impl GridHeader {
+    fn load(self, file: &File<'_>, chunk: &Chunk, runs: Option<&Chunk>) -> Result<Grid, Error> {
+        let bytes = file.bytes;
+        let (word, channels) = (self.encoding.bytes(), self.content.channels());
+        let runs = match runs {
+            Some(chunk) => Some((self.load_runs(bytes, chunk)?, chunk.offset)),
+            None => None,
+        };
+        let coefficients = match &runs {
+            Some((runs, _)) => runs.iter().map(|run| u64::from(run.count)).sum(),
+            // At most 1025⁴, and with channels and bytes 2⁴³.
+            None => self
+                .axes
+                .iter()
+                .map(|axis| axis.len() as u64)
+                .product::<u64>(),
+        };
+        let expected = coefficients * (channels * word) as u64;
+        if expected > MAX_DECODED_BYTES {
+            return Err(Error::TooLarge { bytes: expected });
+        }
+        if expected != chunk.decoded_bytes as u64 {
+            return Err(Error::Invalid {
+                what: "size of samples",
+                offset: chunk.offset,
+            });
+        }
+        let rows = match runs {
+            Some((runs, offset)) => Some(Rows::new(&runs, &self.axes, channels).ok_or(
+                Error::Invalid {
+                    what: "runs of coefficients",
+                    offset,
+                },
+            )?),
+            None => None,
+        };
+        let words = Words::Of {
+            bytes: word,
+            before: channels,
+        };
+        let decoded = decode(bytes, chunk, words, "samples")?;
+        let samples = match self.encoding {
+            Encoding::F32 | Encoding::SqrtF32 => {
+                Samples::F32(numbers_of(file, chunk, &decoded, f32::from_le_bytes))
+            }
+            Encoding::I16 | Encoding::SqrtI16 => {
+                Samples::I16(numbers_of(file, chunk, &decoded, i16::from_le_bytes))
+            }
+            Encoding::SqrtI8 => Samples::I8(numbers_of(file, chunk, &decoded, i8::from_le_bytes)),
+        };
+        if let Samples::F32(samples) = &samples
+            && !samples.stored().iter().all(|x| (-1.0..=1.0).contains(x))
+        {
+            return Err(Error::Invalid {
+                what: "a sample is not within ±1",
+                offset: chunk.offset,
+            });
+        }
+        let Self {
+            coordinates,
+            encoding,
+            content,
+            has_runs: _,
+            scale,
+            axes,
+        } = self;
+        Ok(Grid {
+            coordinates,
+            axes,
+            encoding,
+            content,
+            scale,
+            rows,
+            samples,
+        })
+    }
+
+    fn load_runs(&self, bytes: &[u8], chunk: &Chunk) -> Result<Vec<Run>, Error> {
+        let rows: u64 = self.axes[1..]
+            .iter()
+            .map(|axis| axis.len() as u64)
+            .product();
+        if rows > MAX_ROWS {
+            return Err(Error::TooLarge {
+                bytes: rows.saturating_mul(RUN_BYTES),
+            });
+        }
+        if rows * RUN_BYTES != chunk.decoded_bytes as u64 {
+            return Err(Error::Invalid {
+                what: "size of runs",
+                offset: chunk.offset,
+            });
+        }
+        let decoded = decode(bytes, chunk, RUN_WORDS, "runs")?;
+        let number = |[low, high]: [u8; 2]| u16::from_le_bytes([low, high]);
+        let run = |[a, b, c, d]: &[u8; 4]| Run {
+            first: number([*a, *b]),
+            count: number([*c, *d]),
+        };
+        Ok(decoded.as_chunks().0.iter().map(run).collect())
+    }
+}
+
+/// The most rows of a grid that has not all coefficients: what finds them takes some 60 bytes a row while it is made, which a file of a
+/// few bytes could ask for.
+const MAX_ROWS: u64 = 1 << 22;
+/// A run in a file: two u16.
+const RUN_BYTES: u64 = 4;
+
+/// The little-endian numbers of a chunk that has these bytes, where they are or copied.
+fn numbers_of<T: Plain, const N: usize>(
+    file: &File<'_>,
+    chunk: &Chunk,
+    decoded: &[u8],
+    of: impl Fn([u8; N]) -> T,
+) -> Numbers<T> {
+    let copied = || numbers::own(decoded.as_chunks().0.iter().map(|word| of(*word)));
+    let lent = file.lend(chunk, decoded.len() / N);
+    lent.unwrap_or_else(copied)
+}

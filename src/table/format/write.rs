@@ -1,0 +1,232 @@
+//! A table as bytes.
+
+use alloc::{vec, vec::Vec};
+
+#[cfg(feature = "zstd")]
+use super::coding::compress;
+use super::coding::{Codec, RUN_WORDS, Words, checksum};
+use super::{ALIGNMENT, CHECKED_FROM, MAGIC, MAJOR, MAPPED_MINOR, MARGIN, code_of};
+use crate::brdf::Reweighting;
+use crate::table::{
+    Content, Encoding, Error, Grid, Numbers, Rows, Samples, Segments, Table, ThreadParameters,
+    ThreadTable,
+};
+
+/// How a chunk is stored that has these bytes.
+type Code = fn(Vec<u8>, Words) -> Result<(Codec, Vec<u8>), Error>;
+
+/// What a chunk is of.
+enum Part<'a> {
+    Metadata(&'a str),
+    Samples(&'a Grid),
+    Runs(&'a Grid, &'a Rows),
+}
+
+/// A chunk to be written.
+struct Packed {
+    codec: Codec,
+    decoded_bytes: usize,
+    stored: Vec<u8>,
+}
+
+impl Part<'_> {
+    /// All that has to be done for a chunk, which takes no other: chunks may be packed side by side.
+    fn packed(&self, code: Code) -> Result<Packed, Error> {
+        let (bytes, words) = match self {
+            Self::Metadata(text) => (text.as_bytes().to_vec(), Words::None),
+            Self::Samples(grid) => {
+                let words = Words::Of {
+                    bytes: grid.encoding.bytes(),
+                    before: grid.content.channels(),
+                };
+                (sample_bytes(&grid.samples), words)
+            }
+            Self::Runs(grid, rows) => {
+                let runs = rows.runs(&grid.axes);
+                let numbers = runs.iter().flat_map(|run| [run.first, run.count]);
+                (numbers.flat_map(u16::to_le_bytes).collect(), RUN_WORDS)
+            }
+        };
+        let decoded_bytes = bytes.len();
+        let (codec, stored) = code(bytes, words)?;
+        Ok(Packed {
+            codec,
+            decoded_bytes,
+            stored,
+        })
+    }
+}
+
+impl Table {
+    /// The table as a file, `FORMAT.md`. The same table gives the same bytes.
+    ///
+    /// # Errors
+    /// When zstd runs out of memory.
+    #[cfg(feature = "zstd")]
+    pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
+        self.to_file(self.format().1, compress)
+    }
+
+    /// The table as a file that is not compressed, format 2.5: [`Table::from_static`] looks up its samples where they
+    /// are, and it needs no zstd.
+    pub fn to_mappable_bytes(&self) -> Vec<u8> {
+        let store: Code = |bytes, _| Ok((Codec::Stored, bytes));
+        let mut bytes = self.to_file(MAPPED_MINOR, store).unwrap_or_default();
+        bytes.extend([0; MARGIN]);
+        bytes
+    }
+
+    fn to_file(&self, minor: u16, code: Code) -> Result<Vec<u8>, Error> {
+        let mut parts = vec![Part::Metadata(&self.metadata)];
+        for grid in self.threads.iter().flat_map(ThreadTable::grids) {
+            parts.push(Part::Samples(grid));
+            parts.extend(grid.rows.iter().map(|rows| Part::Runs(grid, rows)));
+        }
+        let packed = parts.iter().map(|part| part.packed(code));
+        let chunks = packed.collect::<Result<Vec<Packed>, Error>>()?;
+
+        let mut body = Vec::new();
+        put_u32(&mut body, chunks.len());
+        body.push(u8::from(self.reweighting == Reweighting::Both));
+        body.extend([0; 3]);
+        body.extend(self.sigma_u.to_le_bytes());
+        if minor > 0 {
+            body.extend(self.rho_scale.to_le_bytes());
+        }
+        put_u32(&mut body, self.threads.len());
+        for thread in &self.threads {
+            put_thread(&mut body, thread, minor);
+        }
+        const CHUNK_ENTRY: usize = 32;
+        let header_length =
+            (CHECKED_FROM + body.len() + CHUNK_ENTRY * chunks.len()).next_multiple_of(ALIGNMENT);
+        let mut end = header_length;
+        for chunk in &chunks {
+            let offset = end.next_multiple_of(ALIGNMENT);
+            for size in [offset, chunk.stored.len(), chunk.decoded_bytes] {
+                body.extend((size as u64).to_le_bytes());
+            }
+            body.extend(checksum(&chunk.stored).to_le_bytes());
+            body.extend((chunk.codec as u32).to_le_bytes());
+            end = offset + chunk.stored.len();
+        }
+        body.resize(header_length - CHECKED_FROM, 0);
+
+        let mut bytes = Vec::with_capacity(end);
+        bytes.extend(MAGIC);
+        bytes.extend(MAJOR.to_le_bytes());
+        bytes.extend(minor.to_le_bytes());
+        put_u32(&mut bytes, header_length);
+        bytes.extend(checksum(&body).to_le_bytes());
+        bytes.extend(body);
+        for chunk in chunks {
+            bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
+            bytes.extend(chunk.stored);
+        }
+        Ok(bytes)
+    }
+}
+
+fn sample_bytes(samples: &Samples) -> Vec<u8> {
+    match samples {
+        Samples::F32(samples) => bytes_of(samples, |x| x.to_le_bytes()),
+        Samples::I16(samples) => bytes_of(samples, |x| x.to_le_bytes()),
+        Samples::I8(samples) => bytes_of(samples, |x| x.to_le_bytes()),
+    }
+}
+
+fn bytes_of<T, const N: usize>(samples: &Numbers<T>, of: impl Fn(&T) -> [u8; N]) -> Vec<u8> {
+    samples.stored().iter().flat_map(of).collect()
+}
+
+fn put_u32(out: &mut Vec<u8>, x: usize) {
+    // Counts and header lengths that from_bytes accepts are far below 2³².
+    out.extend((x as u32).to_le_bytes());
+}
+
+fn put_f64(out: &mut Vec<u8>, x: f64) {
+    out.extend(x.to_le_bytes());
+}
+
+fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable, minor: u16) {
+    let ThreadParameters {
+        name,
+        direction,
+        coverage,
+        albedo,
+        optics,
+        tilts,
+        segments,
+        nodes,
+    } = &thread.parameters;
+    put_u32(out, name.len());
+    out.extend(name.bytes());
+    // The body begins at CHECKED_FROM, a multiple of 4.
+    out.resize(out.len().next_multiple_of(4), 0);
+    for x in [*direction, *coverage].into_iter().chain(*albedo) {
+        put_f64(out, x);
+    }
+    for x in [optics.eta, optics.k_d, optics.gamma_s, optics.gamma_v] {
+        put_f64(out, x);
+    }
+    put_u32(out, tilts.len());
+    for (angle, weight) in tilts {
+        put_f64(out, *angle);
+        put_f64(out, *weight);
+    }
+    put_u32(out, segments.len());
+    for (from, to, weight) in segments {
+        for x in [*from, *to, *weight] {
+            put_f64(out, x);
+        }
+    }
+    match &thread.segments {
+        Segments::None => put_u32(out, 0),
+        Segments::Grid(grid) => {
+            put_u32(out, 1);
+            put_grid(out, grid, minor);
+        }
+        Segments::Curve(grids) => {
+            put_u32(out, 3);
+            put_grid(out, &grids.response, minor);
+            put_grid(out, &grids.projection, minor);
+        }
+        Segments::Direct(_) => {
+            put_u32(out, 2);
+            put_u32(out, nodes.len());
+            for x in nodes.as_flattened() {
+                put_f64(out, *x);
+            }
+        }
+    }
+}
+
+fn put_grid(out: &mut Vec<u8>, grid: &Grid, minor: u16) {
+    out.extend(code_of(grid.coordinates));
+    out.push(match grid.encoding {
+        Encoding::F32 => 0,
+        Encoding::I16 => 1,
+        Encoding::SqrtF32 => 2,
+        Encoding::SqrtI16 => 3,
+        Encoding::SqrtI8 => 4,
+    });
+    let content = match grid.content {
+        Content::Both => 0,
+        Content::Surface => 1,
+        Content::Volume => 2,
+        Content::Dyed => 3,
+    };
+    out.push(content << 1 | u8::from(grid.rows.is_some()));
+    for scale in grid.scale {
+        out.extend(scale.to_le_bytes());
+    }
+    for axis in &grid.axes {
+        out.extend((axis.integer_knots().len() as u16).to_le_bytes());
+        out.push(axis.depth() as u8);
+        out.push(u8::from(minor >= 3 && axis.has_kink()));
+        for knot in axis.integer_knots() {
+            out.extend(knot.to_le_bytes());
+        }
+        out.resize(out.len().next_multiple_of(4), 0);
+    }
+}
