@@ -32,8 +32,8 @@
 //! # Modules
 //!
 //! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`] ← `ffi`, and apart from these
-//! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
-//! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
+//! [`text`] ← [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
+//! the former; [`text`] ← [`mesh`]; [`mesh`], [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
 //! [`scene`]; [`table`], [`lookup`] ← [`volume`] ← [`shader`]; [`shader`], [`mod@bake`] ←
 //! [`export`]. The tool uses only what is public here.
 //!
@@ -46,8 +46,8 @@
 //! | `small` | less code, at the price of some speed |
 //! | `ffi` | `ffi`: the functions of `sateen.h`, for C and C++ (`scripts/capi.sh` builds the libraries) |
 //! | `shader` | [`volume`]: a table as one 3D texture; [`shader`]: its lookup in WGSL, GLSL and HLSL |
-//! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
-//! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
+//! | `bake` | [`text`], [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
+//! | `render` | [`mesh`]: triangles from files; [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
 //! | `export` | [`export`]: a table's volume and parameters as KTX2, DDS, EXR and plain bytes, for engines |
@@ -78,6 +78,8 @@ pub mod fabric;
 pub mod ffi;
 #[cfg(feature = "bake")]
 pub mod fit;
+#[cfg(feature = "render")]
+pub mod mesh;
 #[cfg(feature = "bake")]
 pub mod metrics;
 #[cfg(feature = "bake")]
@@ -96,5 +98,7 @@ pub mod scene;
 pub mod shader;
 #[cfg(feature = "report")]
 pub mod stress;
+#[cfg(feature = "bake")]
+pub mod text;
 #[cfg(feature = "shader")]
 pub mod volume;

@@ -10,8 +10,8 @@ use super::image::srgb_to_linear;
 use super::layout::Layout;
 use super::{Files, Image, Material, Pattern, albedos};
 use crate::brdf::limits;
-use crate::fabric::source::{AlbedoToml, FabricError, Source};
-use crate::fabric::{Fabric, MAX_TOML_BYTES};
+use crate::fabric::Fabric;
+use crate::text::{AlbedoToml, MAX_TOML_BYTES, Source, TextError};
 
 /// Why there is no pattern.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +19,7 @@ use crate::fabric::{Fabric, MAX_TOML_BYTES};
 pub enum PatternError {
     /// The text of the pattern, or of a fabric that it names.
     #[error(transparent)]
-    Text(#[from] FabricError),
+    Text(#[from] TextError),
     /// A file that the pattern names cannot be read.
     #[error("{place}: cannot read {file}")]
     Unreadable {
@@ -236,7 +236,7 @@ impl Reader<'_> {
             self.source
                 .number(key, value, valid, "lie between 1e-9 and 1e9")
         };
-        let size = |key: &str, [u, v]: &[Spanned<f64>; 2]| -> Result<[f64; 2], FabricError> {
+        let size = |key: &str, [u, v]: &[Spanned<f64>; 2]| -> Result<[f64; 2], TextError> {
             Ok([length(key, u)?, length(key, v)?])
         };
         let places = [
