@@ -4,6 +4,8 @@ mod gltf;
 mod hanging;
 mod load;
 mod obj;
+#[cfg(test)]
+mod tests;
 mod trace;
 
 use glam::{DVec3, Vec2, Vec3};

@@ -3,45 +3,34 @@
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct Root {
     pub(super) asset: Asset,
     pub(super) scene: Option<usize>,
-    #[serde(default)]
     pub(super) scenes: Vec<Scene>,
-    #[serde(default)]
     pub(super) nodes: Vec<Node>,
-    #[serde(default)]
     pub(super) meshes: Vec<Mesh>,
-    #[serde(default)]
     pub(super) materials: Vec<Material>,
-    #[serde(default)]
     pub(super) accessors: Vec<Accessor>,
-    #[serde(default)]
     pub(super) buffer_views: Vec<BufferView>,
-    #[serde(default)]
     pub(super) buffers: Vec<Buffer>,
-    #[serde(default)]
     pub(super) cameras: Vec<Camera>,
-    #[serde(default)]
     pub(super) animations: Vec<Animation>,
-    #[serde(default)]
     pub(super) skins: Vec<IgnoredAny>,
-    #[serde(default)]
     pub(super) extensions_required: Vec<String>,
-    #[serde(default)]
     pub(super) extensions: Extensions<Lights>,
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Asset {
     pub(super) version: String,
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Scene {
-    #[serde(default)]
     pub(super) nodes: Vec<usize>,
 }
 
