@@ -37,6 +37,7 @@
 //! - [`needs`]: which pairs of directions are needed
 //! - [`brdf`]: the closed form of a thread, and threads woven
 //! - `progress`: how far long work is, and whether it goes on
+//! - `text`: TOML files, and what is wrong with them by line
 //! - `fabric`: fabrics, from files and from the library
 //! - `pattern`: several fabrics, by masks
 //! - `model`: direct evaluation of fabrics, and other models
@@ -46,6 +47,7 @@
 //! - `volume`: a table as one 3D texture
 //! - `shader`: its lookup in shaders
 //! - `metrics`: how error is measured
+//! - `mesh`: triangles of cloth, from files and as it hangs
 //! - `render`: pictures of cloth
 //! - `scene`: what scenes need, and pictures of them
 //! - `fit`: other models made like a fabric
@@ -66,8 +68,8 @@
 //! | `small` | less code, at the price of some speed |
 //! | `ffi` | `ffi`: the functions of `sateen.h`, for C and C++ (`scripts/capi.sh` builds the libraries) |
 //! | `shader` | [`volume`]: a table as one 3D texture; [`shader`]: its lookup in WGSL, GLSL and HLSL |
-//! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
-//! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
+//! | `bake` | [`text`], [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
+//! | `render` | [`mesh`]: triangles from files; [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: what holds in extreme cases, as CSV and JSON |
 //! | `export` | [`export`]: a table's volume and parameters as KTX2, DDS, EXR and plain bytes, for engines |
@@ -98,6 +100,8 @@ pub mod fabric;
 pub mod ffi;
 #[cfg(feature = "bake")]
 pub mod fit;
+#[cfg(feature = "render")]
+pub mod mesh;
 #[cfg(feature = "bake")]
 pub mod metrics;
 #[cfg(feature = "bake")]
@@ -116,5 +120,7 @@ pub mod scene;
 pub mod shader;
 #[cfg(feature = "report")]
 pub mod stress;
+#[cfg(feature = "bake")]
+pub mod text;
 #[cfg(feature = "shader")]
 pub mod volume;

@@ -25,7 +25,7 @@ pub use settings::{Preset, Settings};
 
 use serde::{Deserialize, Serialize};
 
-use crate::fabric::{Fabric, FabricError, Thread};
+use crate::fabric::{Fabric, TextError, Thread};
 use crate::metrics::{ErrorReport, measure_table};
 use crate::needs::Needs;
 use crate::progress::{Cancelled, Progress};
@@ -105,7 +105,7 @@ impl FabricText {
     ///
     /// # Errors
     /// When the text is no valid fabric.
-    pub fn parse(&self) -> Result<Fabric, FabricError> {
+    pub fn parse(&self) -> Result<Fabric, TextError> {
         Fabric::from_toml(&self.toml, &self.name, self.variant.as_deref())
     }
 }

@@ -8,7 +8,6 @@ mod library;
 mod models;
 mod parse;
 mod sections;
-pub(crate) mod source;
 mod strands;
 mod text;
 
@@ -16,12 +15,11 @@ pub use library::{LIBRARY, LibraryEntry, nearest_name};
 pub use models::{
     Distribution, FresnelTerm, Irawan, Lambert, Models, OrenNayar, Shadowing, TorranceSparrow, Yarn,
 };
-pub use parse::MAX_TOML_BYTES;
-pub use source::FabricError;
 pub use strands::{Strand, Strands, Sweep};
 
 use crate::brdf::{Optics, Reweighting, TangentCurve, ThreadFrame};
 use crate::math::Real;
+pub use crate::text::{MAX_TOML_BYTES, TextError};
 
 /// A fabric with every parameter in its range.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,7 +144,7 @@ impl Fabric {
     ///
     /// # Errors
     /// What is wrong, with the key and the line.
-    pub fn from_toml(text: &str, file: &str, variant: Option<&str>) -> Result<Self, FabricError> {
+    pub fn from_toml(text: &str, file: &str, variant: Option<&str>) -> Result<Self, TextError> {
         parse::parse(text, file, variant)
     }
 

@@ -5,8 +5,6 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::sections;
-
 /// Parameters of other models; `None` where the file has no section of that name.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Models {
@@ -18,15 +16,6 @@ pub struct Models {
     pub torrance_sparrow: Option<TorranceSparrow>,
     /// `[irawan]`
     pub irawan: Option<Irawan>,
-}
-
-impl Models {
-    /// The sections as a fabric's file has them.
-    pub fn to_toml(&self) -> String {
-        let mut text = String::new();
-        sections::write(&mut text, self).expect("writing to a string");
-        text
-    }
 }
 
 /// Lambert's model (\[Fecho13\] 3.1).

@@ -10,9 +10,9 @@ use toml::Spanned;
 
 use super::models::Models;
 use super::sections::{self, IrawanToml, LambertToml, OrenNayarToml, TorranceSparrowToml};
-use super::source::{AlbedoToml, FabricError, Source};
 use super::{Fabric, Thread};
 use crate::brdf::{Optics, Reweighting, limits};
+use crate::text::{AlbedoToml, MAX_TOML_BYTES, Source, TextError};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -85,15 +85,13 @@ impl<'de> Deserialize<'de> for DirectionToml {
     }
 }
 
-/// The most bytes of a fabric's text.
-pub const MAX_TOML_BYTES: usize = 1 << 20;
 /// More segments or threads than any cloth has; keeps hostile files cheap. Where n segments overlap they become up to
 /// 2n − 1, of which a table holds 4096.
 const MAX_SEGMENTS: usize = 2048;
 const MAX_THREADS: usize = 64;
 const DEFAULT_CORRELATION_WIDTH_DEG: f64 = 20.0;
 
-pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fabric, FabricError> {
+pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fabric, TextError> {
     let source = Source { file, text };
     if text.len() > MAX_TOML_BYTES {
         let message = format!(
@@ -208,7 +206,7 @@ fn choose_variant(
     source: &Source<'_>,
     threads: &[Spanned<ThreadToml>],
     asked: Option<&str>,
-) -> Result<Option<String>, FabricError> {
+) -> Result<Option<String>, TextError> {
     let named = threads
         .iter()
         .find_map(|thread| thread.get_ref().albedos.as_ref());
@@ -250,7 +248,7 @@ fn parse_thread(
     raw: &ThreadToml,
     at: usize,
     variant: Option<&str>,
-) -> Result<Thread, FabricError> {
+) -> Result<Thread, TextError> {
     let name = source.name("name", raw.name.get_ref(), raw.name.span().start)?;
     let albedo = match (&raw.albedo, &raw.albedos) {
         (Some(albedo), None) => source.albedo("albedo", albedo)?,
@@ -351,7 +349,7 @@ fn parse_directions(
     source: &Source<'_>,
     raw: &Spanned<DirectionToml>,
     count: usize,
-) -> Result<Vec<f64>, FabricError> {
+) -> Result<Vec<f64>, TextError> {
     const KEY: &str = "direction_deg";
     let at = raw.span().start;
     let degrees = match raw.get_ref() {

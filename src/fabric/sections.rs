@@ -9,8 +9,8 @@ use toml::Spanned;
 use super::models::{
     Distribution, FresnelTerm, Irawan, Lambert, Models, OrenNayar, Shadowing, TorranceSparrow, Yarn,
 };
-use super::source::{AlbedoToml, FabricError, Source};
 use crate::brdf::limits;
+use crate::text::{AlbedoToml, Source, TextError};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -73,21 +73,18 @@ fn within(
     key: &str,
     value: &Spanned<f64>,
     range: &RangeInclusive<f64>,
-) -> Result<f64, FabricError> {
+) -> Result<f64, TextError> {
     let must = format!("lie between {:?} and {:?}", range.start(), range.end());
     source.number(key, value, |x| range.contains(&x), &must)
 }
 
-pub(super) fn lambert(source: &Source<'_>, raw: &LambertToml) -> Result<Lambert, FabricError> {
+pub(super) fn lambert(source: &Source<'_>, raw: &LambertToml) -> Result<Lambert, TextError> {
     Ok(Lambert {
         albedo: source.albedo("albedo", &raw.albedo)?,
     })
 }
 
-pub(super) fn oren_nayar(
-    source: &Source<'_>,
-    raw: &OrenNayarToml,
-) -> Result<OrenNayar, FabricError> {
+pub(super) fn oren_nayar(source: &Source<'_>, raw: &OrenNayarToml) -> Result<OrenNayar, TextError> {
     Ok(OrenNayar {
         albedo: source.albedo("albedo", &raw.albedo)?,
         sigma: within(source, "sigma_deg", &raw.sigma_deg, &(0.0..=90.0))?.to_radians(),
@@ -97,7 +94,7 @@ pub(super) fn oren_nayar(
 pub(super) fn torrance_sparrow(
     source: &Source<'_>,
     raw: &TorranceSparrowToml,
-) -> Result<TorranceSparrow, FabricError> {
+) -> Result<TorranceSparrow, TextError> {
     let alpha = &TorranceSparrow::ALPHA;
     Ok(TorranceSparrow {
         diffuse: source.albedo("diffuse", &raw.diffuse)?,
@@ -111,7 +108,7 @@ pub(super) fn torrance_sparrow(
     })
 }
 
-pub(super) fn irawan(source: &Source<'_>, raw: &IrawanToml) -> Result<Irawan, FabricError> {
+pub(super) fn irawan(source: &Source<'_>, raw: &IrawanToml) -> Result<Irawan, TextError> {
     let yarns = raw.yarn.get_ref();
     if yarns.is_empty() || yarns.len() > MAX_YARNS {
         let message = format!(
@@ -138,7 +135,7 @@ pub(super) fn irawan(source: &Source<'_>, raw: &IrawanToml) -> Result<Irawan, Fa
     })
 }
 
-fn yarn(source: &Source<'_>, raw: &YarnToml) -> Result<Yarn, FabricError> {
+fn yarn(source: &Source<'_>, raw: &YarnToml) -> Result<Yarn, TextError> {
     let number = |key: &str, value, range: RangeInclusive<f64>| within(source, key, value, &range);
     let psi = source.number(
         "psi_deg",
@@ -171,8 +168,16 @@ fn yarn(source: &Source<'_>, raw: &YarnToml) -> Result<Yarn, FabricError> {
     }
 }
 
-/// The sections' text.
-pub(super) fn write(text: &mut String, models: &Models) -> std::fmt::Result {
+impl Models {
+    /// The sections as a fabric's file has them.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        write(&mut text, self).expect("writing to a string");
+        text
+    }
+}
+
+fn write(text: &mut String, models: &Models) -> std::fmt::Result {
     let Models {
         lambert,
         oren_nayar,

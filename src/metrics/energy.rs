@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::error::lights_and_solid_angle;
-use crate::fabric::{Fabric, FabricError};
+use crate::fabric::{Fabric, TextError};
 use crate::model::{Model, Rule, Sadeghi};
 
 /// View angles in degrees, and azimuths at each of them.
@@ -104,7 +104,7 @@ impl fmt::Display for Reflectance {
 ///
 /// # Errors
 /// When the fabric reflects more than can be scaled down.
-pub fn conserving(fabric: &Fabric) -> Result<Fabric, FabricError> {
+pub fn conserving(fabric: &Fabric) -> Result<Fabric, TextError> {
     let peak = Reflectance::of_fabric(fabric).peak().max;
     if peak * MARGIN <= 1.0 {
         return Ok(fabric.clone());

@@ -2,13 +2,16 @@
 
 use std::io::Cursor;
 
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use exr::block;
+use exr::prelude::{IntegerBounds, Text};
+use exr::prelude::{ReadChannels, ReadLayers, Vec2};
+use png::{ColorType, DecodeOptions, Decoder, Limits, Transformations};
 
 /// The most bytes of an image file.
 pub const MAX_IMAGE_BYTES: usize = 64 << 20;
 /// The most columns and rows, and what decoding may take.
-const MAX_SIDE: u32 = 16_384;
-const MAX_DECODED_BYTES: u64 = 512 << 20;
+const MAX_SIDE: usize = 16_384;
+const MAX_DECODED_BYTES: usize = 512 << 20;
 
 /// An image, row 0 at the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +19,7 @@ pub struct Image {
     width: usize,
     height: usize,
     pixels: Vec<[f32; 3]>,
+    is_linear: bool,
 }
 
 impl Image {
@@ -24,16 +28,16 @@ impl Image {
     /// # Errors
     /// What is wrong with the bytes, or that there are too many.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        let decoded = decode(bytes)?.into_rgb32f();
-        let (width, height) = (decoded.width() as usize, decoded.height() as usize);
-        let pixels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
+        let decoded = decode(bytes)?;
+        let pixels: Vec<[f32; 3]> = decoded.pixels().map(|[r, g, b, _]| [r, g, b]).collect();
         if pixels.is_empty() || pixels.iter().flatten().any(|value| !value.is_finite()) {
             return Err("it has no pixels, or such as are no numbers".to_owned());
         }
         Ok(Self {
-            width,
-            height,
+            width: decoded.width,
+            height: decoded.height,
             pixels,
+            is_linear: decoded.is_linear(),
         })
     }
 
@@ -52,31 +56,174 @@ impl Image {
         self.pixels[row * self.width + index(x, self.width)]
     }
 
+    pub(super) fn is_linear(&self) -> bool {
+        self.is_linear
+    }
+
     pub(super) fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
     }
 }
 
+/// An image as its file has it.
+pub(crate) struct Decoded {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// Grey, grey and alpha, RGB or RGBA: 1 to 4.
+    channels: usize,
+    samples: Samples,
+}
+
+/// `[row][column][channel]`
+enum Samples {
+    /// Of a PNG with at most 8 bits …
+    Bytes(Vec<u8>),
+    /// … and with 16, big-endian.
+    Words(Vec<u8>),
+    /// Of an EXR.
+    Floats(Vec<f32>),
+}
+
+impl Decoded {
+    /// Whether values are linear: those of an EXR are.
+    pub(crate) fn is_linear(&self) -> bool {
+        matches!(self.samples, Samples::Floats(_))
+    }
+
+    /// Red, green, blue and alpha, which is 1 where the file has none; integers as shares of the largest.
+    pub(crate) fn pixels(&self) -> impl Iterator<Item = [f32; 4]> {
+        let sample = |index: usize| match &self.samples {
+            Samples::Bytes(bytes) => f32::from(bytes[index]) / f32::from(u8::MAX),
+            Samples::Words(bytes) => {
+                let word = [bytes[2 * index], bytes[2 * index + 1]];
+                f32::from(u16::from_be_bytes(word)) / f32::from(u16::MAX)
+            }
+            Samples::Floats(floats) => floats[index],
+        };
+        (0..self.width * self.height).map(move |pixel| {
+            let channel = |k: usize| sample(self.channels * pixel + k);
+            match self.channels {
+                1 => [channel(0), channel(0), channel(0), 1.0],
+                2 => [channel(0), channel(0), channel(0), channel(1)],
+                3 => [channel(0), channel(1), channel(2), 1.0],
+                _ => [channel(0), channel(1), channel(2), channel(3)],
+            }
+        })
+    }
+}
+
 /// Decodes a PNG or EXR file that is not too large.
-pub(crate) fn decode(bytes: &[u8]) -> Result<DynamicImage, String> {
+pub(crate) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
     if bytes.len() > MAX_IMAGE_BYTES {
         return Err(format!("it has more than {MAX_IMAGE_BYTES} bytes"));
     }
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_DECODED_BYTES);
-    let mut reader = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .map_err(|error| error.to_string())?;
-    reader.limits(limits);
-    if !matches!(
-        reader.format(),
-        Some(ImageFormat::Png | ImageFormat::OpenExr)
-    ) {
-        return Err("it is neither PNG nor EXR".to_owned());
+    if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+        decode_png(bytes)
+    } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        decode_exr(bytes)
+    } else {
+        Err("it is neither PNG nor EXR".to_owned())
     }
-    reader.decode().map_err(|error| error.to_string())
+}
+
+/// That an image is not too large, before there is memory for it.
+fn check_size([width, height]: [usize; 2], bytes_per_pixel: usize) -> Result<(), String> {
+    if width > MAX_SIDE || height > MAX_SIDE {
+        return Err(format!(
+            "it has {width} × {height} pixels, more than {MAX_SIDE} on a side; scale it down"
+        ));
+    }
+    if width * height * bytes_per_pixel > MAX_DECODED_BYTES {
+        return Err(format!(
+            "its {width} × {height} pixels take more than {MAX_DECODED_BYTES} bytes; scale it down"
+        ));
+    }
+    Ok(())
+}
+
+fn decode_png(bytes: &[u8]) -> Result<Decoded, String> {
+    let wrong = |error: png::DecodingError| format!("it is no PNG that can be read: {error}");
+    let mut options = DecodeOptions::default();
+    options.set_ignore_text_chunk(true);
+    options.set_ignore_iccp_chunk(true);
+    let mut decoder = Decoder::new_with_options(Cursor::new(bytes), options);
+    decoder.set_limits(Limits {
+        bytes: MAX_DECODED_BYTES,
+    });
+    // Palettes become colours, bits bytes, and a transparent colour alpha.
+    decoder.set_transformations(Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(wrong)?;
+    let (width, height) = reader.info().size();
+    let (width, height) = (width as usize, height as usize);
+    let (color, depth) = reader.output_color_type();
+    let channels = match color {
+        ColorType::Grayscale | ColorType::Indexed => 1,
+        ColorType::GrayscaleAlpha => 2,
+        ColorType::Rgb => 3,
+        ColorType::Rgba => 4,
+    };
+    let is_wide = depth == png::BitDepth::Sixteen;
+    check_size([width, height], channels * (1 + usize::from(is_wide)))?;
+    let mut samples = vec![0; reader.output_buffer_size().unwrap_or(0)];
+    reader.next_frame(&mut samples).map_err(wrong)?;
+    Ok(Decoded {
+        width,
+        height,
+        channels,
+        samples: if is_wide {
+            Samples::Words(samples)
+        } else {
+            Samples::Bytes(samples)
+        },
+    })
+}
+
+/// The first layer that has R, G and B, at its largest resolution, cut to the display window.
+fn decode_exr(bytes: &[u8]) -> Result<Decoded, String> {
+    let wrong = |error: exr::error::Error| format!("it is no EXR that can be read: {error}");
+    let chunks = block::read(Cursor::new(bytes), false).map_err(wrong)?;
+    let header = chunks.headers().iter().find(|header| {
+        let has = |name| {
+            let channels = &header.channels;
+            channels.find_index_of_channel(&Text::from(name)).is_some()
+        };
+        !header.deep && ["R", "G", "B"].into_iter().all(has)
+    });
+    let Some(header) = header else {
+        return Err("it has no layer with the channels R, G and B".to_owned());
+    };
+    let alpha = Text::from("A");
+    let channels = 3 + usize::from(header.channels.find_index_of_channel(&alpha).is_some());
+    let IntegerBounds { position, size } = header.shared_attributes.display_window;
+    let offset = header.own_attributes.layer_position - position;
+    check_size([size.width(), size.height()], 4 * channels)?;
+    let read = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgba_channels(
+            move |_, _| vec![0.0; size.area() * channels],
+            move |samples: &mut Vec<f32>, at: Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
+                let at = at.to_i32() + offset;
+                let (x, y) = (usize::try_from(at.x()), usize::try_from(at.y()));
+                if let (Ok(x), Ok(y)) = (x, y)
+                    && x < size.width()
+                    && y < size.height()
+                {
+                    let index = channels * (y * size.width() + x);
+                    samples[index..index + channels].copy_from_slice(&[r, g, b, a][..channels]);
+                }
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_chunks(chunks)
+        .map_err(wrong)?;
+    Ok(Decoded {
+        width: size.width(),
+        height: size.height(),
+        channels,
+        samples: Samples::Floats(read.layer_data.channel_data.pixels),
+    })
 }
 
 /// IEC 61966-2-1: what a PNG stores to linear.

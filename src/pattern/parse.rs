@@ -10,8 +10,8 @@ use super::image::srgb_to_linear;
 use super::layout::Layout;
 use super::{Files, Image, Material, Pattern, albedos};
 use crate::brdf::limits;
-use crate::fabric::source::{AlbedoToml, FabricError, Source};
-use crate::fabric::{Fabric, MAX_TOML_BYTES};
+use crate::fabric::Fabric;
+use crate::text::{AlbedoToml, MAX_TOML_BYTES, Source, TextError};
 
 /// Why there is no pattern.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +19,7 @@ use crate::fabric::{Fabric, MAX_TOML_BYTES};
 pub enum PatternError {
     /// The text of the pattern, or of a fabric that it names.
     #[error(transparent)]
-    Text(#[from] FabricError),
+    Text(#[from] TextError),
     /// A file that the pattern names cannot be read.
     #[error("{place}: cannot read {file}")]
     Unreadable {
@@ -236,7 +236,7 @@ impl Reader<'_> {
             self.source
                 .number(key, value, valid, "lie between 1e-9 and 1e9")
         };
-        let size = |key: &str, [u, v]: &[Spanned<f64>; 2]| -> Result<[f64; 2], FabricError> {
+        let size = |key: &str, [u, v]: &[Spanned<f64>; 2]| -> Result<[f64; 2], TextError> {
             Ok([length(key, u)?, length(key, v)?])
         };
         let places = [
@@ -313,7 +313,7 @@ impl Reader<'_> {
             return Ok(Layout::Mask {
                 materials,
                 size: size("size", &raw.size)?,
-                image: self.image(&raw.image)?.0,
+                image: self.image(&raw.image)?,
             });
         }
         if let Some(raw) = &raw.albedo {
@@ -345,7 +345,8 @@ impl Reader<'_> {
                     }
                 }
             }
-            let (image, is_linear) = self.image(&raw.image)?;
+            let image = self.image(&raw.image)?;
+            let is_linear = image.is_linear();
             let image = image.map(|pixel| {
                 pixel.map(|x| scale as f32 * if is_linear { x } else { srgb_to_linear(x) })
             });
@@ -367,14 +368,11 @@ impl Reader<'_> {
         Ok(Layout::Plain)
     }
 
-    /// An image, and whether its values are linear.
-    fn image(&self, path: &Spanned<String>) -> Result<(Image, bool), PatternError> {
+    fn image(&self, path: &Spanned<String>) -> Result<Image, PatternError> {
         let bytes = self.bytes("image", path)?;
-        let image = Image::from_bytes(&bytes).map_err(|why| {
+        Image::from_bytes(&bytes).map_err(|why| {
             let message = format!("image: cannot read {}: {why}", path.get_ref());
             self.error(path.span().start, "image", message)
-        })?;
-        // EXR begins with 20000630, little-endian.
-        Ok((image, bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])))
+        })
     }
 }

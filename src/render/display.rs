@@ -9,8 +9,6 @@
 
 use ::png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
 
-use image::DynamicImage;
-
 use super::Picture;
 use crate::pattern::decode_image;
 
@@ -100,15 +98,11 @@ impl Picture {
     /// What is wrong with the bytes, or that there are too many.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let decoded = decode_image(bytes)?;
-        let (width, height) = (decoded.width() as usize, decoded.height() as usize);
+        let (width, height) = (decoded.width, decoded.height);
         if width * height > MAX_PIXELS {
             return Err(format!("it has more than {MAX_PIXELS} pixels"));
         }
-        let is_linear = matches!(
-            decoded,
-            DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
-        );
-        let decoded = decoded.into_rgba32f();
+        let is_linear = decoded.is_linear();
         let linear = |[r, g, b, coverage]: [f32; 4]| {
             let radiance = |value: f32| (f64::from(value).powf(1.0 / EXPONENT) as f32) * coverage;
             let [r, g, b] = [r, g, b].map(radiance);
@@ -119,7 +113,7 @@ impl Picture {
             height,
             pixels: decoded
                 .pixels()
-                .map(|pixel| if is_linear { pixel.0 } else { linear(pixel.0) })
+                .map(|pixel| if is_linear { pixel } else { linear(pixel) })
                 .collect(),
         };
         let values = || picture.pixels.as_flattened().iter();

@@ -18,8 +18,6 @@ mod curves;
 mod display;
 mod drape;
 mod exr;
-mod load;
-pub(crate) mod mesh;
 mod shape;
 
 #[cfg(feature = "scene")]
@@ -29,16 +27,15 @@ pub use cloth::{Cloth, Evaluate, MISSING, Missing, Swatch};
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;
-pub use drape::{curtain, skirt, trousers};
+pub use drape::Drape;
 pub use exr::{Layer, to_exr};
-pub use load::{MAX_MESH_BYTES, MeshError, Part, load_mesh, load_parts};
-pub use mesh::{Drape, Mesh};
-pub use shape::{Cylinder, Place, Shape};
+pub use shape::{Cylinder, Shape};
 
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
+pub use crate::mesh::{Mesh, MeshError, Place, curtain, load_mesh, skirt, trousers};
 use crate::progress::{Cancelled, Progress};
 
 /// Who made a file.

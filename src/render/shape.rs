@@ -24,7 +24,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use super::{Scene, Seen};
+use super::{Place, Scene, Seen};
 
 /// What the cloth is wrapped around.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,19 +84,6 @@ impl Cylinder {
             arc: [around * angle + up * height, around * height - up * angle],
         }
     }
-}
-
-/// A point of the cloth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// Unit vector along the warp: x right, y up, z to the viewer.
-    pub warp: [f64; 3],
-    /// Unit vector along the weft.
-    pub weft: [f64; 3],
-    /// Unit normal, away from the surface.
-    pub normal: [f64; 3],
-    /// Where on the unrolled cloth, along warp and weft, in units of the radius.
-    pub arc: [f64; 2],
 }
 
 /// From the middle of one cylinder to that of the next; half the height of the picture is 1.

@@ -7,7 +7,6 @@
 mod candidate;
 mod front;
 mod heat;
-mod left_out;
 mod look;
 mod machine;
 mod page;
@@ -20,7 +19,6 @@ pub(crate) use candidate::preset_name;
 pub use candidate::{Candidate, Family, THESIS};
 pub use front::pareto_front;
 pub use heat::{Axis, HeatMap};
-pub use left_out::forecast_svg;
 pub use look::{Look, Looks};
 pub use machine::Machine;
 

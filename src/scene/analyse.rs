@@ -29,11 +29,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::range::{Eye, Place, angle};
-use super::{Camera, CameraPath, Lens, LightSource, Object, Placement, Scene, flat_normal};
+use super::{Camera, CameraPath, Lens, LightSource, Object, Placement, Scene};
+use crate::mesh::{GRAZING, flat_normal};
 use crate::needs::{Cap, Directions, Needs, Overlap, Pyramid};
 use crate::progress::{Cancelled, Progress};
 use crate::render::Mesh;
-use crate::render::mesh::GRAZING;
 
 /// What single precision may turn a direction by, radians, amply.
 const ROUNDING: f64 = 2e-5;

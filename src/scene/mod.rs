@@ -22,9 +22,11 @@ pub use analyse::{Analysis, ObjectNeeds};
 pub use pose::{CameraPose, LightPose, Pose};
 pub use stage::Stage;
 
-use crate::fabric::{Fabric, FabricError};
+use crate::fabric::Fabric;
+use crate::mesh::{Mesh, MeshError};
 use crate::pattern::{Pattern, PatternError};
-use crate::render::{Light as Sun, Mesh, MeshError};
+use crate::render::Light as Sun;
+use crate::text::TextError;
 
 /// Cameras, lights and cloth.
 #[derive(Debug, Clone)]
@@ -220,7 +222,7 @@ pub struct FabricUse {
 pub enum SceneError {
     /// The text of the scene, or of a fabric that it names.
     #[error(transparent)]
-    Text(#[from] FabricError),
+    Text(#[from] TextError),
     /// A pattern that it names.
     #[error(transparent)]
     Pattern(#[from] PatternError),
@@ -349,10 +351,4 @@ impl Placement {
             translation: self.translation + by,
         }
     }
-}
-
-/// The normal of a triangle, in double precision; `None` where it has no area, and is never met.
-fn flat_normal(mesh: &Mesh, triangle: [u32; 3]) -> Option<DVec3> {
-    let [a, b, c] = triangle.map(|index| mesh.positions[index as usize].as_dvec3());
-    (b - a).cross(c - a).try_normalize()
 }

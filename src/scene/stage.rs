@@ -4,17 +4,12 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
-use obvhs::ray::{Ray, RayHit};
-use obvhs::triangle::Triangle;
 use rayon::prelude::*;
 
 use super::range::angle;
-use super::{Lens, LightPose, LightSource, Object, Placement, Pose, Scene, flat_normal};
+use super::{Lens, LightPose, LightSource, Object, Placement, Pose, Scene};
+use crate::mesh::{Met, Solid};
 use crate::progress::{Cancelled, Progress};
-use crate::render::mesh::{barycentric, intersect};
 use crate::render::{Cloth, Pairs, Picture, offsets};
 
 /// Shadow rays begin this far above the surface, in units of the object's radius: beyond rounding and the steps between triangles and
@@ -26,16 +21,13 @@ const SKY_SAMPLES: u32 = 64;
 /// A scene that pictures can be taken of.
 pub struct Stage<'a> {
     scene: &'a Scene,
-    solids: Vec<Solid<'a>>,
+    bodies: Vec<Body<'a>>,
 }
 
-/// What rays meet of an object, in its own coordinates.
-struct Solid<'a> {
+/// An object, and what rays meet of it in its own coordinates.
+struct Body<'a> {
     object: &'a Object,
-    triangles: Vec<Triangle>,
-    /// Their normals, and which of the mesh's they are.
-    flats: Vec<(Vec3, usize)>,
-    bvh: Bvh2,
+    solid: Solid,
     radius: f64,
 }
 
@@ -43,9 +35,7 @@ struct Solid<'a> {
 struct Hit {
     object: usize,
     instance: usize,
-    triangle: usize,
-    /// In the object's coordinates.
-    point: Vec3A,
+    met: Met,
     distance: f64,
 }
 
@@ -65,7 +55,7 @@ impl<'a> Stage<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
-            solids: scene.objects.iter().map(Solid::new).collect(),
+            bodies: scene.objects.iter().map(Body::new).collect(),
         }
     }
 
@@ -93,10 +83,10 @@ impl<'a> Stage<'a> {
                 for sample in &asked {
                     sums[sample.pixel][3] += 1.0;
                 }
-                for (index, solid) in self.solids.iter().enumerate() {
+                for (index, body) in self.bodies.iter().enumerate() {
                     let of = |sample: &&Asked| sample.object == index;
-                    if let Some(cloth) = cloths.get(&solid.object.cloth) {
-                        shade(cloth, solid.object, asked.iter().filter(of), &mut sums);
+                    if let Some(cloth) = cloths.get(&body.object.cloth) {
+                        shade(cloth, body.object, asked.iter().filter(of), &mut sums);
                     }
                 }
                 let share = 1.0 / offsets.len() as f64;
@@ -123,7 +113,7 @@ impl<'a> Stage<'a> {
         let mut pairs: BTreeMap<String, Vec<[[f32; 3]; 2]>> = BTreeMap::new();
         for row in 0..size {
             for sample in self.row(pose, size, row, &offsets, false) {
-                let cloth = &self.solids[sample.object].object.cloth;
+                let cloth = &self.bodies[sample.object].object.cloth;
                 let wr = sample.wr;
                 let of_lights = sample.lights.iter().map(|(wi, _)| [*wi, wr]);
                 pairs.entry(cloth.clone()).or_default().extend(of_lights);
@@ -169,10 +159,13 @@ impl<'a> Stage<'a> {
             }
         };
         let hit = self.hit(pose, from, to)?;
-        let solid = &self.solids[hit.object];
+        let body = &self.bodies[hit.object];
         let placement = &pose.objects[hit.object][hit.instance];
-        let (corners, weights) = solid.weights(&hit);
-        let mesh = &solid.object.mesh;
+        let mesh = &body.object.mesh;
+        let (corners, weights) = body.solid.weights(mesh, &hit.met);
+        // None below 0.
+        let weights = weights.max(Vec3::ZERO);
+        let weights = weights / weights.element_sum();
         let at = corners
             .iter()
             .zip(weights.to_array())
@@ -184,8 +177,7 @@ impl<'a> Stage<'a> {
             Lens::Orthographic(_) => back,
         };
         let local = (placement.rotation.inverse() * viewer).as_vec3();
-        let flat = solid.flats[hit.triangle].0;
-        let place = mesh.place(corners, weights, flat, local);
+        let place = body.solid.place(mesh, &hit.met, (corners, weights), local);
         let axes = [place.warp, place.weft, place.normal]
             .map(|axis| placement.rotation * DVec3::from(axis));
         let surface = |w: DVec3| axes.map(|axis| axis.dot(w) as f32);
@@ -193,7 +185,7 @@ impl<'a> Stage<'a> {
         let mut lights = Vec::new();
         let is_lit = |to: DVec3, distance: f64| {
             !shadows || {
-                let from = at + LIFT * solid.radius * placement.scale * axes[2];
+                let from = at + LIFT * body.radius * placement.scale * axes[2];
                 let hit = self.hit(pose, from, to);
                 hit.is_none_or(|hit| hit.distance > distance)
             }
@@ -255,18 +247,18 @@ impl<'a> Stage<'a> {
     /// The nearest cloth along a ray.
     fn hit(&self, pose: &Pose, from: DVec3, to: DVec3) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
-        for (object, solid) in self.solids.iter().enumerate() {
+        for (object, body) in self.bodies.iter().enumerate() {
             for (instance, placement) in pose.objects[object].iter().enumerate() {
-                let Some((triangle, point)) = solid.hit(placement, from, to) else {
+                let Some(met) = body.hit(placement, from, to) else {
                     continue;
                 };
-                let distance = placement.point(Vec3::from(point).as_dvec3()).distance(from);
+                let point = Vec3::from(met.point).as_dvec3();
+                let distance = placement.point(point).distance(from);
                 if nearest.as_ref().is_none_or(|hit| distance < hit.distance) {
                     nearest = Some(Hit {
                         object,
                         instance,
-                        triangle,
-                        point,
+                        met,
                         distance,
                     });
                 }
@@ -276,55 +268,25 @@ impl<'a> Stage<'a> {
     }
 }
 
-impl<'a> Solid<'a> {
+impl<'a> Body<'a> {
     fn new(object: &'a Object) -> Self {
-        let mesh = &object.mesh;
-        let (mut triangles, mut flats) = (Vec::new(), Vec::new());
-        for (index, triangle) in mesh.triangles.iter().enumerate() {
-            let Some(flat) = flat_normal(mesh, *triangle) else {
-                continue;
-            };
-            let [v0, v1, v2] = triangle.map(|k| Vec3A::from(mesh.positions[k as usize]));
-            triangles.push(Triangle { v0, v1, v2 });
-            flats.push((flat.as_vec3(), index));
-        }
-        let bvh = build_bvh2_from_tris(
-            &triangles,
-            BvhBuildParams::medium_build(),
-            &mut Default::default(),
-        );
-        let radius = mesh.positions.iter().map(|position| position.length());
+        let radius = object
+            .mesh
+            .positions
+            .iter()
+            .map(|position| position.length());
         Self {
             object,
+            solid: Solid::new(&object.mesh),
             radius: f64::from(radius.fold(0.0, f32::max)),
-            triangles,
-            flats,
-            bvh,
         }
     }
 
-    /// The nearest triangle along a ray of the scene, and the point where it is met in the object's coordinates.
-    fn hit(&self, placement: &Placement, from: DVec3, to: DVec3) -> Option<(usize, Vec3A)> {
-        if self.triangles.is_empty() {
-            return None;
-        }
+    /// Where a ray of the scene meets it, in its own coordinates.
+    fn hit(&self, placement: &Placement, from: DVec3, to: DVec3) -> Option<Met> {
         let origin = Vec3A::from(placement.local(from).as_vec3());
         let way = Vec3A::from((placement.rotation.inverse() * to).as_vec3());
-        let ray = Ray::new_inf(origin, way);
-        let mut hit = RayHit::none();
-        let triangle = |index: usize| self.bvh.primitive_indices[index] as usize;
-        let is_hit = self.bvh.ray_traverse(ray, &mut hit, |ray, index| {
-            intersect(&self.triangles[triangle(index)], ray)
-        });
-        is_hit.then(|| (triangle(hit.primitive_id as usize), origin + hit.t * way))
-    }
-
-    /// Corners of the triangle that is met, and their weights, none below 0.
-    fn weights(&self, hit: &Hit) -> ([usize; 3], Vec3) {
-        let index = self.flats[hit.triangle].1;
-        let corners = self.object.mesh.triangles[index].map(|index| index as usize);
-        let weights = barycentric(&self.triangles[hit.triangle], hit.point).max(Vec3::ZERO);
-        (corners, weights / weights.element_sum())
+        self.solid.hit(origin, way)
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::brdf::limits;
-use crate::fabric::{Fabric, FabricError, Thread};
+use crate::fabric::{Fabric, TextError, Thread};
 
 /// What of a fabric is driven to its extremes, all threads alike unless said otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -73,7 +73,7 @@ impl Sweep {
     ///
     /// # Errors
     /// When that is no fabric: the reason is a verdict, too.
-    pub fn apply(self, fabric: &Fabric, value: f64) -> Result<Fabric, FabricError> {
+    pub fn apply(self, fabric: &Fabric, value: f64) -> Result<Fabric, TextError> {
         let mut changed = fabric.clone();
         changed.variant = None;
         let degrees = value.to_radians();

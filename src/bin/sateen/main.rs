@@ -10,6 +10,7 @@ mod export;
 mod fabrics;
 mod fit;
 mod info;
+mod left_out;
 mod output;
 mod record;
 mod render;

@@ -10,13 +10,13 @@ use sateen::chart::Coordinates;
 use sateen::fabric::LIBRARY;
 use sateen::needs::Needs;
 use sateen::progress::Progress;
-use sateen::report::forecast_svg;
 use sateen::scene::{Albedo, Analysis, FabricUse, Scene};
 use sateen::table::Content;
 use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::ExplainArgs;
+use crate::left_out::forecast_svg;
 use crate::output::{Bar, Output, bytes, print, print_json, use_threads};
 
 pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {

@@ -1,13 +1,12 @@
 //! Which part of a table's box is needed, drawn.
 
 use plotters::prelude::*;
-
-use crate::bake::{Forecast, Projection};
+use sateen::bake::{Forecast, Projection};
 
 const PANEL: (u32, u32) = (460, 300);
 
 /// Two projections for each thread that has a grid, as SVG: white is not needed, and the darker, the more of what is behind.
-pub fn forecast_svg(title: &str, forecast: &Forecast) -> String {
+pub(crate) fn forecast_svg(title: &str, forecast: &Forecast) -> String {
     let grids: Vec<(&str, &[Projection; 2])> = forecast
         .threads
         .iter()

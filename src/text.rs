@@ -1,14 +1,18 @@
-//! TOML text that people write, and what is said of mistakes in it.
+//! Files that people write: read no further than a limit, and as TOML text of whose mistakes file, line and key are told.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::brdf::limits;
 
-/// What is wrong with the text of a fabric or pattern, and where.
+/// What is wrong with the text of a fabric, pattern or scene, and where.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {message}")]
-pub struct FabricError {
+pub struct TextError {
     /// The file, or the name it was given.
     pub file: String,
     /// Line, from 1.
@@ -32,7 +36,23 @@ fn one() -> f64 {
     1.0
 }
 
+/// The most bytes of a fabric's, pattern's or scene's text.
+pub const MAX_TOML_BYTES: usize = 1 << 20;
 const MAX_NAME_BYTES: usize = 64;
+
+/// All bytes of a file.
+///
+/// # Errors
+/// When it cannot be read, or has more than `most` bytes, of which no more is read.
+pub fn read_capped(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        let message = format!("it has more than {most} bytes");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
 
 /// A text that is read.
 pub(crate) struct Source<'a> {
@@ -41,10 +61,10 @@ pub(crate) struct Source<'a> {
 }
 
 impl Source<'_> {
-    pub(crate) fn error(&self, offset: usize, key: Option<&str>, message: String) -> FabricError {
+    pub(crate) fn error(&self, offset: usize, key: Option<&str>, message: String) -> TextError {
         let before = &self.text.as_bytes()[..offset.min(self.text.len())];
         let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-        FabricError {
+        TextError {
             file: self.file.to_owned(),
             line,
             key: key.map(str::to_owned),
@@ -59,7 +79,7 @@ impl Source<'_> {
         value: &Spanned<f64>,
         valid: impl Fn(f64) -> bool,
         must: &str,
-    ) -> Result<f64, FabricError> {
+    ) -> Result<f64, TextError> {
         let x = *value.get_ref();
         if x.is_finite() && valid(x) {
             Ok(x)
@@ -70,7 +90,7 @@ impl Source<'_> {
     }
 
     /// What the TOML parser says, with the key of the line that it says it of.
-    pub(crate) fn syntax_error(&self, error: &toml::de::Error) -> FabricError {
+    pub(crate) fn syntax_error(&self, error: &toml::de::Error) -> TextError {
         let offset = error
             .span()
             .map_or(0, |span| span.start)
@@ -88,7 +108,7 @@ impl Source<'_> {
         self.error(offset, key, message)
     }
 
-    pub(crate) fn name(&self, key: &str, name: &str, at: usize) -> Result<String, FabricError> {
+    pub(crate) fn name(&self, key: &str, name: &str, at: usize) -> Result<String, TextError> {
         let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
         if !name.is_empty() && name.len() <= MAX_NAME_BYTES && name.chars().all(plain) {
             Ok(name.to_owned())
@@ -104,7 +124,7 @@ impl Source<'_> {
         &self,
         key: &str,
         value: &Spanned<AlbedoToml>,
-    ) -> Result<[f64; 3], FabricError> {
+    ) -> Result<[f64; 3], TextError> {
         let AlbedoToml { color, scale } = value.get_ref();
         let albedo = color.map(|channel| channel * scale);
         if albedo

@@ -1,0 +1,264 @@
+//! What files of meshes may be, and what is said of those that are wrong.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::{Mesh, MeshError, MeshFile, load_mesh};
+
+/// A unit square as glTF with its buffer beside it, changed by `change`.
+fn square(folder: &Path, change: impl Fn(&mut Value)) -> Result<MeshFile, MeshError> {
+    let floats: [f32; 20] = [
+        0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0., // positions
+        0., 0., 1., 0., 1., 1., 0., 1., // texture coordinates
+    ];
+    let mut bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
+    // Of two triangles, of a strip, of a fan.
+    for index in [0u16, 1, 2, 0, 2, 3, 0, 1, 3, 2, 0, 1, 2, 3] {
+        bytes.extend(index.to_le_bytes());
+    }
+    // The positions in 16 bits, 8 bytes apart.
+    for [x, y] in [[0i16, 0], [i16::MAX, 0], [i16::MAX; 2], [0, i16::MAX]] {
+        bytes.extend([x, y, 0, 0].iter().flat_map(|x| x.to_le_bytes()));
+    }
+    fs::write(folder.join("a b.bin"), &bytes).unwrap();
+    let view = |offset: usize, length: usize| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
+    let mut file = json!({
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "indices": 2, "material": 0 }] }],
+        "materials": [{ "name": "denim" }, { "name": "button" }],
+        "buffers": [{ "uri": "a%20b.bin", "byteLength": bytes.len() }],
+        "bufferViews": [view(0, 48), view(48, 32), view(80, 28), view(108, 32)],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" },
+            { "bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2" },
+            { "bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR" },
+            { "bufferView": 2, "byteOffset": 12, "componentType": 5123, "count": 4, "type": "SCALAR" },
+            { "bufferView": 2, "byteOffset": 20, "componentType": 5123, "count": 4, "type": "SCALAR" },
+            { "bufferView": 3, "componentType": 5122, "normalized": true, "count": 4, "type": "VEC3" },
+        ],
+    });
+    file["bufferViews"][3]["byteStride"] = json!(8);
+    change(&mut file);
+    let path = folder.join("square.gltf");
+    fs::write(&path, file.to_string()).unwrap();
+    MeshFile::read(&path)
+}
+
+/// Twice the area of all triangles that face +z, less that of others.
+fn area(mesh: &Mesh) -> f32 {
+    let area = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|k| mesh.positions[k as usize]);
+        (b - a).cross(c - a).z
+    };
+    mesh.triangles.iter().map(area).sum()
+}
+
+fn areas(file: MeshFile) -> Vec<f32> {
+    let parts = file.into_parts().into_iter();
+    parts.map(|part| area(&part.into_mesh().unwrap())).collect()
+}
+
+#[test]
+fn triangles_may_be_lists_strips_and_fans_of_floats_or_integers() {
+    let folder = tempfile::tempdir().unwrap();
+    for (mode, indices) in [(4, 2), (5, 3), (6, 4)] {
+        for positions in [0, 5] {
+            let file = square(folder.path(), |file| {
+                let primitive = &mut file["meshes"][0]["primitives"][0];
+                primitive["mode"] = json!(mode);
+                primitive["indices"] = json!(indices);
+                primitive["attributes"]["POSITION"] = json!(positions);
+                file["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+            });
+            assert_eq!(areas(file.unwrap()), [2.0], "mode {mode}");
+        }
+    }
+}
+
+#[test]
+fn sparse_values_take_the_place_of_others() {
+    let folder = tempfile::tempdir().unwrap();
+    // The second position takes the place of the first: half the square is left, folded.
+    let file = square(folder.path(), |file| {
+        file["accessors"][0]["sparse"] = json!({
+            "count": 1,
+            "indices": { "bufferView": 2, "componentType": 5123 },
+            "values": { "bufferView": 0, "byteOffset": 12 },
+        });
+    });
+    assert_eq!(areas(file.unwrap()), [1.0]);
+}
+
+#[test]
+fn only_what_is_cloth_needs_texture_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut parts = square(folder.path(), |file| {
+        let primitives = &mut file["meshes"][0]["primitives"];
+        let button = json!({ "attributes": { "POSITION": 0 }, "indices": 2, "material": 1 });
+        primitives.as_array_mut().unwrap().push(button);
+    })
+    .unwrap()
+    .into_parts();
+    let denim = parts.pop().unwrap();
+    assert_eq!(denim.material.as_deref(), Some("denim"));
+    assert_eq!(area(&denim.into_mesh().unwrap()), 2.0);
+    let error = parts.pop().unwrap().into_mesh().unwrap_err().to_string();
+    assert!(error.contains("without texture coordinates"), "{error}");
+    assert!(error.contains("\"button\""), "{error}");
+}
+
+#[test]
+fn what_is_wrong_with_a_gltf_file_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    type Change = fn(&mut Value);
+    let cases: [(Change, &str); 18] = [
+        (
+            |file| file["nodes"][0]["children"] = json!([0]),
+            "node 0 is its own ancestor",
+        ),
+        (
+            |file| {
+                file["scenes"][0]["nodes"] = json!([1, 2]);
+                file["nodes"] = json!([{ "mesh": 0 }, { "children": [0] }, { "children": [0] }]);
+            },
+            "node 0 has two parents",
+        ),
+        (
+            |file| file["scenes"][0]["nodes"] = json!([7]),
+            "the scene names node 7, of which there are 1",
+        ),
+        (
+            |file| file["accessors"] = json!([]),
+            "meshes[0].primitives[0] names accessor 0, of which there are 0",
+        ),
+        (
+            |file| file["accessors"][2]["componentType"] = json!(5126),
+            "indices cannot have component type 5126",
+        ),
+        (
+            |file| file["accessors"][1]["type"] = json!("VEC3"),
+            "accessors[1]: its type is VEC3, and must be VEC2",
+        ),
+        (
+            |file| file["bufferViews"][0]["byteStride"] = json!(4),
+            "accessors[0]: its elements of 12 bytes do not fit bufferViews[0]'s byteStride of 4",
+        ),
+        (
+            |file| file["accessors"][0]["count"] = json!(u64::MAX),
+            "accessors[0]: its 18446744073709551615 elements go beyond bufferViews[0]",
+        ),
+        (
+            |file| file["bufferViews"][0]["byteOffset"] = json!(u64::MAX),
+            "bufferViews[0] goes beyond its buffer",
+        ),
+        (
+            |file| file["accessors"][1]["count"] = json!(3),
+            "3 elements of TEXCOORD_0 for 4 positions",
+        ),
+        (
+            |file| file["accessors"][2]["byteOffset"] = json!(32),
+            "accessors[2]: its 6 elements go beyond bufferViews[2]",
+        ),
+        (
+            |file| {
+                for accessor in [0, 1] {
+                    file["accessors"][accessor]["count"] = json!(3);
+                }
+            },
+            "names vertex 3, of which there are 3",
+        ),
+        (
+            |file| file["buffers"][0]["uri"] = json!("nowhere.bin"),
+            "cannot read nowhere.bin, looked for in",
+        ),
+        (
+            |file| file["buffers"][0]["uri"] = json!("caf%E9.bin"),
+            "caf%E9.bin is not UTF-8",
+        ),
+        (
+            |file| file["buffers"][0]["uri"] = json!("https://a.example/b.bin"),
+            "only data: and files beside",
+        ),
+        (
+            |file| file["buffers"][0]["byteLength"] = json!(1000),
+            "less than its byteLength of 1000",
+        ),
+        (
+            |file| file["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
+            "it is compressed with KHR_draco_mesh_compression",
+        ),
+        (
+            |file| {
+                file["meshes"][0]["weights"] = json!([1.0]);
+                file["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
+            },
+            "morph targets",
+        ),
+    ];
+    for (change, message) in cases {
+        let error = square(folder.path(), change).err().expect(message);
+        assert!(error.to_string().contains(message), "{error}");
+        assert!(error.to_string().contains("square.gltf"), "{error}");
+    }
+}
+
+#[test]
+fn a_glb_file_that_is_cut_short_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let whole = b"glTF\x02\0\0\0\x1c\0\0\0\x08\0\0\0JSON{}      ";
+    for length in 0..whole.len() {
+        fs::write(&path, &whole[..length]).unwrap();
+        let error = MeshFile::read(&path).err().unwrap();
+        assert!(matches!(error, MeshError::Gltf(..)), "{error}");
+    }
+}
+
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+
+#[test]
+fn an_obj_file_may_have_what_is_no_face() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    let face = "f 1/1 2/2 3/3 4/4";
+    for text in [
+        format!("{OBJ}{face}\n"),
+        format!("\u{feff}{OBJ}{face}"),
+        format!("{OBJ}{face} # front\r\n"),
+        format!("{OBJ}f 1/1 2/2 \\\n3/3 4/4\n"),
+        format!("{OBJ}f -4/-4 -3/-3 -2/-2 -1/-1\n"),
+        format!("{OBJ}usemtl\no\ng\n{face}\n"),
+        format!("{OBJ}{face}\nl 1 2 3\np 1\nv 2 0 0\nl 5/1 2/2\n"),
+    ] {
+        fs::write(&path, &text).unwrap();
+        assert_eq!(area(&load_mesh(&path).unwrap()), 2.0, "{text}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_an_obj_file_is_said_with_the_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    for (face, message) in [
+        ("f 1 2 3", "without texture coordinates (line 9)"),
+        ("f 1/1 2/2", "line 9: a face has three corners or more"),
+        (
+            "f 1/1 2/2 5/3",
+            "line 9: it names v 5, of which there are 4",
+        ),
+        ("f 1/1 2/2 0/3", "line 9: it names v 0"),
+        ("f 1/1 2/2 -5/3", "line 9: it names v -5"),
+        ("f 1/1 2/2 a/3", "line 9: \"a\" is no index"),
+        ("v 1 b 2", "line 9: \"b\" is no number"),
+        ("v 1 2", "line 9: it needs 3 numbers, and has 2"),
+    ] {
+        fs::write(&path, format!("{OBJ}{face}\n")).unwrap();
+        let error = load_mesh(&path).err().unwrap().to_string();
+        assert!(error.contains(message), "{error}");
+        assert!(error.contains("a.obj"), "{error}");
+    }
+}
