@@ -33,7 +33,7 @@
 //!
 //! Each names only those before it: [`math`], [`needs`] ← [`brdf`], [`chart`] ← [`table`] ← [`lookup`] ← `ffi`, and apart from these
 //! [`fabric`] ← [`pattern`]; [`fabric`] ← [`model`] ← [`metrics`] ← [`mod@fit`], [`bake`] ← [`report`] ← [`stress`], which also use
-//! the former; [`model`], [`pattern`] and [`lookup`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
+//! the former; [`model`], [`pattern`] and [`lookup`] ← [`evaluator`] ← [`render`](mod@render) ← [`report`]; [`needs`] and [`render`](mod@render) ←
 //! [`scene`]; [`table`], [`lookup`] ← [`volume`] ← [`shader`]; [`shader`], [`mod@bake`] ←
 //! [`export`]. The tool uses only what is public here.
 //!
@@ -46,7 +46,7 @@
 //! | `small` | less code, at the price of some speed |
 //! | `ffi` | `ffi`: the functions of `sateen.h`, for C and C++ (`scripts/capi.sh` builds the libraries) |
 //! | `shader` | [`volume`]: a table as one 3D texture; [`shader`]: its lookup in WGSL, GLSL and HLSL |
-//! | `bake` | [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
+//! | `bake` | [`fabric`], [`pattern`], [`model`], [`evaluator`], [`metrics`], [`mod@fit`], [`mod@bake`] |
 //! | `render` | [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: the same of stiff and extreme cases |
@@ -70,6 +70,8 @@ pub mod table;
 
 #[cfg(feature = "bake")]
 pub mod bake;
+#[cfg(feature = "bake")]
+pub mod evaluator;
 #[cfg(feature = "export")]
 pub mod export;
 #[cfg(feature = "bake")]

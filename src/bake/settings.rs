@@ -45,6 +45,18 @@ pub struct Settings {
 }
 
 impl Preset {
+    /// All of them, from the smallest on.
+    pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Fine];
+
+    /// What files, flags and reports call it: `standard`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Standard => "standard",
+            Self::Fine => "fine",
+        }
+    }
+
     /// The settings of the preset.
     pub fn settings(self) -> Settings {
         let (max_bytes, max_error, target_error, tolerance) = match self {

@@ -33,6 +33,11 @@ impl ModelKind {
         }
     }
 
+    /// The one of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
     /// The model with its parameters, if there are any.
     ///
     /// # Errors

@@ -25,7 +25,6 @@ mod shape;
 #[cfg(feature = "scene")]
 pub(crate) use cloth::Pairs;
 use cloth::Points;
-pub use cloth::{Cloth, Evaluate, MISSING, Missing, Swatch};
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;
@@ -34,6 +33,8 @@ pub use exr::{Layer, to_exr};
 pub use load::{MAX_MESH_BYTES, MeshError, Part, load_mesh, load_parts};
 pub use mesh::{Drape, Mesh};
 pub use shape::{Cylinder, Place, Shape};
+
+pub use crate::evaluator::{Cloth, MISSING, Missing};
 
 use std::f64::consts::PI;
 

@@ -33,6 +33,17 @@ impl Encoding {
         Self::SqrtI8,
     ];
 
+    /// What files, flags and reports call it: `sqrt-i16`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::I16 => "i16",
+            Self::SqrtF32 => "sqrt-f32",
+            Self::SqrtI16 => "sqrt-i16",
+            Self::SqrtI8 => "sqrt-i8",
+        }
+    }
+
     /// Bytes per stored number.
     pub const fn bytes(self) -> usize {
         match self {
