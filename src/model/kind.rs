@@ -6,6 +6,7 @@ use crate::math::Real;
 
 /// Which model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum ModelKind {
     Lambert,

@@ -183,12 +183,7 @@ impl<'a> Trial<'a> {
         [&self.pairs, &self.neighbours].map(|pairs| in_batches(pairs, evaluator))
     }
 
-    fn verdict(
-        &self,
-        spec: &Spec,
-        values: &[Vec<[f64; 3]>; 2],
-        deviations: &[f64],
-    ) -> Verdict {
+    fn verdict(&self, spec: &Spec, values: &[Vec<[f64; 3]>; 2], deviations: &[f64]) -> Verdict {
         let all = || values.iter().flatten().flatten();
         let errors: Vec<f64> = values[0]
             .iter()

@@ -3,23 +3,24 @@
 use super::Numbers;
 use super::grid::PADDING;
 
-/// What a stored number is of the coefficient it stands for.
+/// How samples are stored. The root of a value bends less than a lobe does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bake",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case")
 )]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Encoding {
-    /// Of the value, f32.
+    /// 32-bit floats.
     F32,
-    /// Of the value, 16-bit integer.
+    /// 16-bit integers.
     I16,
-    /// Of the value's square root, f32.
+    /// 32-bit floats of the square root.
     SqrtF32,
-    /// Of the value's square root, 16-bit integer. A root bends less than a lobe does.
+    /// 16-bit integers of the square root.
     SqrtI16,
-    /// Of the value's square root, 8-bit integer.
+    /// 8-bit integers of the square root.
     SqrtI8,
 }
 

@@ -1,9 +1,10 @@
 //! The `sateen` tool: a thin client of the library.
 //!
-//! Data goes to stdout or `-o`, talk to stderr. Exit status: 0 done, 1 error, 2 usage, 3 out of tolerance.
+//! Data goes to stdout or `-o`, talk to stderr; [`args`] lists what the exit status says.
 
 mod args;
 mod bake;
+mod cloth;
 mod compare;
 mod eval;
 mod export;
@@ -11,6 +12,7 @@ mod fabrics;
 mod fit;
 mod info;
 mod output;
+mod picture;
 mod record;
 mod render;
 mod report;
