@@ -1,59 +1,10 @@
-//! The command line: its verbs, and the flags that several of them have. What a verb alone has is in its file.
+//! The flags that several verbs have. What a verb alone has is in its file.
 
 use std::ops::RangeInclusive;
 
-use clap::{Parser, Subcommand, value_parser};
+use clap::value_parser;
 use sateen::bake::{size_name, size_named};
 use sateen::metrics::VALIDATION_SEED;
-
-use crate::bake::BakeArgs;
-use crate::compare::CompareArgs;
-use crate::eval::EvalArgs;
-use crate::export::ExportArgs;
-use crate::fabrics::FabricsArgs;
-use crate::fit::FitArgs;
-use crate::info::InfoArgs;
-use crate::record::RecordArgs;
-use crate::render::RenderArgs;
-use crate::report::ReportArgs;
-use crate::scene::ExplainArgs;
-use crate::stress::StressArgs;
-use crate::validate::ValidateArgs;
-
-const EXIT_STATUS: &str = "\
-Exit status:
-  0  done
-  1  error: a file, a fabric or the machine; the message says what to do
-  2  usage: a flag or an argument is wrong or missing
-  3  out of tolerance: the work is done, but a limit, a promise or a comparison does not hold";
-
-/// Bakes fabric BRDFs into small 4D tables, evaluates them, and tells what the approximation costs.
-#[derive(Parser)]
-#[command(version, max_term_width = 100, after_help = EXIT_STATUS)]
-pub(crate) struct Args {
-    #[command(subcommand)]
-    pub(crate) verb: Verb,
-    /// Say nothing but errors on stderr.
-    #[arg(short, long, global = true)]
-    pub(crate) quiet: bool,
-}
-
-#[derive(Subcommand)]
-pub(crate) enum Verb {
-    Fabrics(FabricsArgs),
-    Bake(BakeArgs),
-    Info(InfoArgs),
-    Eval(EvalArgs),
-    Validate(ValidateArgs),
-    Fit(FitArgs),
-    Report(ReportArgs),
-    Stress(StressArgs),
-    Render(RenderArgs),
-    Scene(ExplainArgs),
-    Record(RecordArgs),
-    Export(ExportArgs),
-    Compare(CompareArgs),
-}
 
 /// How parallel work is shared.
 #[derive(clap::Args)]
@@ -135,12 +86,6 @@ pub(crate) fn parse_size(text: &str) -> Result<usize, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        use clap::CommandFactory;
-        Args::command().debug_assert();
-    }
 
     #[test]
     fn flags_have_the_names_that_files_and_reports_have() {

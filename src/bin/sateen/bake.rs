@@ -38,8 +38,8 @@ pub(crate) struct BakeArgs {
     /// Bake the whole library.
     #[arg(long, conflicts_with = "fabrics")]
     all: bool,
-    /// Bake what a scene needs: its fabrics, and of these the pairs of directions that its cameras and lights can bring about. A
-    /// TOML, glTF or GLB file, which `sateen scene` explains.
+    /// Bake what a scene needs: its fabrics, and of these the pairs of directions that its cameras and lights can ask for. A
+    /// TOML, glTF or GLB file; `sateen scene` tells what it needs.
     #[arg(long, value_name = "SCENE", conflicts_with_all = ["fabrics", "all", "needs", "albedo", "variant"])]
     scene: Option<PathBuf>,
     /// Bake only the pairs that were recorded; several recordings are joined.
@@ -80,7 +80,7 @@ pub(crate) struct BakeArgs {
     /// Whether ρ is scaled where the fabric would reflect more than arrives, as several published fits do.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = Energy::AsIs)]
     energy: Energy,
-    /// When threads are evaluated directly instead of from a grid [default: worthwhile; with limits where it is cheaper]. Direct
+    /// When threads are evaluated directly instead of from a grid [default: worthwhile; with limits, where it is cheaper]. Direct
     /// threads are fast in batches; single pairs are faster from grids.
     #[arg(long, value_enum, value_name = "WHEN", conflicts_with_all = ["max_error", "max_ns"])]
     direct: Option<Direct>,
@@ -94,9 +94,9 @@ pub(crate) struct BakeArgs {
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Energy {
-    /// It is not: the published values are baked.
+    /// Off: the published values are baked.
     AsIs,
-    /// By one factor, which the table records, where it is needed.
+    /// On: by one factor, where it is needed; the table records it.
     Clamp,
 }
 

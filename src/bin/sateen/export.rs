@@ -21,6 +21,7 @@ use crate::subject::{load_table, provenance};
 /// read is in the file's metadata: the key `sateen` of KTX2, the attribute `sateen` of EXR, NAME.json beside others.
 #[derive(clap::Args)]
 pub(crate) struct ExportArgs {
+    /// A table that `bake` wrote.
     #[arg(value_name = "TABLE")]
     table: PathBuf,
     /// What to write.

@@ -19,6 +19,7 @@ use crate::subject::{load_table, provenance};
 /// Say what a table is and what made it.
 #[derive(clap::Args)]
 pub(crate) struct InfoArgs {
+    /// A table that `bake` wrote.
     #[arg(value_name = "TABLE")]
     table: PathBuf,
     #[command(flatten)]
@@ -43,7 +44,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
 
 fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes: usize) -> String {
     let settings = &provenance.settings;
-    let preset = name_of(&settings.preset);
+    let preset = settings.preset.name();
     let mut text = format!(
         "{}: {}\n  source     {}\n  made by    {}, preset {preset}, target error {} %, at most {} in memory\n",
         fabric.name,
@@ -198,7 +199,7 @@ fn grid_text(grid: &Grid) -> String {
     format!(
         "{chart} chart, {} coefficients{left_out} as {}, {}{fold}",
         axes.join(" × "),
-        name_of(&grid.encoding()),
+        grid.encoding().name(),
         bytes(grid.bytes())
     )
 }

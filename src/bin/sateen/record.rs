@@ -10,7 +10,7 @@ use crate::Outcome;
 use crate::eval::read_pairs;
 use crate::output::{Output, say};
 
-/// Record pairs of directions that a program asked for, to bake these alone.
+/// Record pairs of directions that a program asked for, to bake only these.
 ///
 /// Programs in Rust call `Needs::add_pair` and write `Needs::to_bytes`; others may write CSV.
 #[derive(clap::Args)]

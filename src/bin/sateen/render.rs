@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::Subcommand;
 use sateen::evaluator::{Cloth, Spec, SpecError};
 use sateen::fabric::Fabric;
@@ -30,10 +30,19 @@ use crate::subject::{Subject, What};
 #[derive(clap::Args)]
 pub(crate) struct RenderArgs {
     #[command(subcommand)]
-    scene: SceneArg,
+    what: RenderArg,
 }
 
 /// What is rendered.
+#[derive(Subcommand)]
+enum RenderArg {
+    #[command(flatten)]
+    Cloth(SceneArg),
+    /// A scene of cameras, lights and cloths, from a TOML, glTF or GLB file.
+    Scene(StageArgs),
+}
+
+/// What one cloth lies on.
 #[derive(Subcommand)]
 enum SceneArg {
     /// Three upright cylinders, their warp vertical, horizontal and diagonal.
@@ -55,8 +64,6 @@ enum SceneArg {
         #[command(flatten)]
         drape: DrapeArgs,
     },
-    /// A scene of cameras, lights and cloths, from a TOML, glTF or GLB file.
-    Scene(StageArgs),
 }
 
 /// How cloth that hangs is looked at.
@@ -95,8 +102,8 @@ struct PictureArgs {
     /// How far the light is raised, in degrees.
     #[arg(long, value_name = "A", value_parser = parse_degrees, allow_negative_numbers = true)]
     light_elevation_deg: Option<f64>,
-    /// Instead, the direction to the light, or to each of several of the same strength: x right, y up, z to the viewer, of any length
-    /// [default: one at the camera; for curtains, trousers and meshes three: before them to the left, beside them to the right,
+    /// The direction to the light, instead of angles; several are lights of the same strength. x right, y up, z to the viewer, of any
+    /// length [default: one at the camera; for curtains, trousers and meshes three: before them to the left, beside them to the right,
     /// and a weak one from the viewer].
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, conflicts_with_all = ["light_deg", "light_elevation_deg"])]
     light: Vec<Direction>,
@@ -158,13 +165,19 @@ fn parse_direction(text: &str) -> Result<Direction, String> {
     }
 }
 
-pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
+pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
+    match &args.what {
+        RenderArg::Cloth(scene) => picture(scene),
+        RenderArg::Scene(args) => stage::run(args),
+    }
+}
+
+fn picture(of: &SceneArg) -> Result<Outcome> {
     let args = match of {
         SceneArg::Cylinders(picture) | SceneArg::Sphere(picture) => picture,
         SceneArg::Curtain(drape) | SceneArg::Trousers(drape) | SceneArg::Mesh { drape, .. } => {
             &drape.picture
         }
-        SceneArg::Scene(args) => return stage::run(args),
     };
     use_workers(&args.workers)?;
     let format = Format::of(&args.output)?;
@@ -358,7 +371,6 @@ fn scene(of: &SceneArg) -> Result<Box<dyn Scene>> {
         SceneArg::Curtain(drape) => (curtain(), drape),
         SceneArg::Trousers(drape) => (trousers(), drape),
         SceneArg::Mesh { mesh, drape } => (load_mesh(mesh)?, drape),
-        SceneArg::Scene(_) => bail!("a scene is no single mesh"),
     };
     let drape = Drape::new(mesh, drape.turn_deg.to_radians(), FROM_ABOVE, ASPECT);
     Ok(Box::new(drape.context("the mesh has no triangles")?))
@@ -371,7 +383,6 @@ fn scene_name(of: &SceneArg) -> String {
         SceneArg::Curtain(_) => "curtain".to_owned(),
         SceneArg::Trousers(_) => "trousers".to_owned(),
         SceneArg::Mesh { mesh, .. } => mesh.display().to_string(),
-        SceneArg::Scene(args) => args.scene.display().to_string(),
     }
 }
 

@@ -26,7 +26,7 @@ use crate::scene::load_scene;
 pub(crate) struct StageArgs {
     /// A TOML, glTF or GLB file.
     #[arg(value_name = "SCENE")]
-    pub(crate) scene: PathBuf,
+    scene: PathBuf,
     /// The picture to write, which ends in .png or .exr.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,

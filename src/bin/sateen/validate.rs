@@ -19,6 +19,7 @@ use crate::subject::{load_table, provenance};
 /// cosine-weighted and half near highlights, the same for the same seed.
 #[derive(clap::Args)]
 pub(crate) struct ValidateArgs {
+    /// Tables that `bake` wrote.
     #[arg(value_name = "TABLE", required = true)]
     tables: Vec<PathBuf>,
     /// Exit with status 3 when the mean relative error of any table exceeds this (0.01 or 1%).
