@@ -66,7 +66,7 @@ impl WayArgs {
             None => Spec::Rule(rule),
         };
         if self.tables.is_some() && spec != Spec::Table {
-            let message = "--tables are for --evaluator table";
+            let message = "--tables is for --evaluator table";
             return Err(Usage(message.to_owned()).into());
         }
         Ok(spec)
@@ -75,7 +75,7 @@ impl WayArgs {
     /// Complains of `--tables` if `subject` is no pattern.
     pub(crate) fn check_tables(&self, subject: &Subject) -> Result<()> {
         if self.tables.is_some() && !matches!(subject.what, What::Pattern(_)) {
-            let message = format!("--tables is for patterns, but {subject} is none");
+            let message = format!("--tables is for patterns, but {subject} is not one");
             return Err(Usage(message).into());
         }
         Ok(())
@@ -116,7 +116,7 @@ impl WayArgs {
                 let Some(model) = model else {
                     let name = kind.name();
                     bail!(
-                        "{subject} has no section [{}]; `sateen fit {name} {subject} -o FILE` writes it into one",
+                        "{subject} has no section [{}]; `sateen fit {name} {subject} -o FILE` writes a file that has it",
                         name.replace('-', "_")
                     );
                 };

@@ -79,7 +79,7 @@ impl MissingArgs {
     /// Complains if there are no tables that could lack anything.
     pub(crate) fn check<'a>(&self, mut cloths: impl Iterator<Item = &'a Cloth>) -> Result<()> {
         if (self.show_missing || self.strict.strict) && !cloths.any(Cloth::has_tables) {
-            let message = "--show-missing and --strict are for tables, and none is looked up; render a table, or give --tables DIR";
+            let message = "--show-missing and --strict are for tables, but no table is used; render a table, or give --tables DIR";
             return Err(Usage(message.to_owned()).into());
         }
         Ok(())

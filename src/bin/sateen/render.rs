@@ -330,7 +330,7 @@ impl<'a> Sitter<'a> {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         Ok(Look {
             name: Spec::NamedTable(stem.into_owned()).to_string(),
-            cloth: dyed_table(path, fabric, missing, "name a table of it")?.into(),
+            cloth: dyed_table(path, fabric, missing, "give a table of that fabric")?.into(),
         })
     }
 
