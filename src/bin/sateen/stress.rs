@@ -19,9 +19,9 @@ const FABRICS: [&str; 3] = ["polyester-lining", "denim", "velvet"];
 
 /// Try every evaluator on extreme fabrics and directions.
 ///
-/// Drives each parameter of a fabric to its extremes, asks at directions that are hard, and writes index.html, stress.csv,
-/// stress.json and plots: what is finite, how far single precision is from double, where values step, and whether tables keep
-/// their preset's promise. The exit status is 3 if a case fails.
+/// Drives each parameter of a fabric to its extremes, asks at directions that are hard, and writes stress.csv and stress.json: what
+/// is finite, how far single precision is from double, where values step, and whether tables keep their preset's promise. The exit
+/// status is 3 if a case fails.
 #[derive(clap::Args)]
 pub(crate) struct StressArgs {
     /// Names from the library, or TOML files [default: polyester-lining, denim and velvet].
