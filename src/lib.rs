@@ -47,6 +47,7 @@
 //! - `volume`: a table as one 3D texture
 //! - `shader`: its lookup in shaders
 //! - `metrics`: how error is measured
+//! - `evaluator`: ways to evaluate a fabric, by name
 //! - `mesh`: triangles of cloth, from files and as it hangs
 //! - `render`: pictures of cloth
 //! - `scene`: what scenes need, and pictures of them
@@ -68,7 +69,7 @@
 //! | `small` | less code, at the price of some speed |
 //! | `ffi` | `ffi`: the functions of `sateen.h`, for C and C++ (`scripts/capi.sh` builds the libraries) |
 //! | `shader` | [`volume`]: a table as one 3D texture; [`shader`]: its lookup in WGSL, GLSL and HLSL |
-//! | `bake` | [`text`], [`fabric`], [`pattern`], [`model`], [`metrics`], [`mod@fit`], [`mod@bake`] |
+//! | `bake` | [`text`], [`fabric`], [`pattern`], [`model`], [`metrics`], [`evaluator`], [`mod@fit`], [`mod@bake`] |
 //! | `render` | [`mesh`]: triangles from files; [`render`](mod@render): pictures of cloth on cylinders, a sphere and meshes, as PNG and EXR, and how far two of them look apart |
 //! | `scene` | [`scene`]: scenes, which pairs of directions they can ask of each fabric, and pictures of them |
 //! | `report` | [`report`]: error against time and bytes, as CSV, JSON, plots and a page; [`stress`]: what holds in extreme cases, as CSV and JSON |
@@ -92,6 +93,8 @@ pub mod table;
 
 #[cfg(feature = "bake")]
 pub mod bake;
+#[cfg(feature = "bake")]
+pub mod evaluator;
 #[cfg(feature = "export")]
 pub mod export;
 #[cfg(feature = "bake")]

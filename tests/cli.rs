@@ -94,6 +94,33 @@ fn fabrics_lists_the_library() {
 }
 
 #[test]
+fn help_lists_what_the_exit_status_says() {
+    let output = sateen()
+        .arg("help")
+        .assert()
+        .success()
+        .get_output()
+        .stdout
+        .clone();
+    let help = String::from_utf8(output).unwrap();
+    let (_, table) = help.split_once("Exit status:\n").expect("a table");
+    let row = |line: &str| line.trim_start().split("  ").next().map(str::to_owned);
+    let codes: Vec<String> = table.lines().filter_map(row).collect();
+    assert_eq!(codes, ["0", "1", "2", "3"]);
+    let folder = folder();
+    for (arguments, code) in [
+        ("fabrics", 0),
+        ("info no-such-table.sateen", 1),
+        ("bake", 2),
+        ("bake faux-suede --max-error 0 --max-bytes 16KiB", 3),
+    ] {
+        let mut command = sateen();
+        command.current_dir(&folder).args(arguments.split(' '));
+        command.assert().code(code);
+    }
+}
+
+#[test]
 fn bake_info_and_validate_tell_the_same_story() {
     let folder = folder();
     let path = folder.path().join("new/denim.sateen");

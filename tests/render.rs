@@ -442,7 +442,7 @@ fn a_comparison_shows_and_tells() {
     ];
     let assert = picture(&args, &path).success();
     let json: Value = serde_json::from_slice(&assert.get_output().stdout).unwrap();
-    assert_eq!(json["a"], "table lining");
+    assert_eq!(json["a"], "table:lining");
     let mean = json["flip"]["mean"].as_f64().unwrap();
     assert!(0.0 < mean && mean < 0.02, "{json}");
     assert!(
@@ -456,7 +456,7 @@ fn a_comparison_shows_and_tells() {
         .collect();
     assert_eq!(
         names,
-        ["table lining", "quadrature:8", "difference", "flip"]
+        ["table:lining", "quadrature:8", "difference", "flip"]
     );
     assert_eq!(layers[3].channel_data.list[0].name.to_string(), "Y");
 

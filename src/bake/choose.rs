@@ -36,16 +36,21 @@ const SEED: u64 = 1;
 
 /// When segments are evaluated directly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Direct {
-    /// Never.
+    /// Never: all threads have grids.
     Never,
-    /// Where a grid of the size allowed would err more than [`Settings::max_error`], and where direct evaluation neither
-    /// errs more nor costs more than the grid.
+    /// Where it has no larger error than a grid, and costs no more.
+    ///
+    /// And where a grid of the size allowed would err more than [`Settings::max_error`].
     Worthwhile,
-    /// Where such a grid would err too much, and where direct evaluation keeps [`Settings::max_error`] and costs no more.
+    /// Where it keeps [`Settings::max_error`] and costs no more than a grid.
+    ///
+    /// And where such a grid would err too much.
+    #[cfg_attr(feature = "cli", value(skip))]
     Cheaper,
-    /// Always.
+    /// Always: there are no grids.
     Always,
 }
 

@@ -15,6 +15,7 @@ mod plan;
 mod promise;
 mod scope;
 mod settings;
+mod size;
 
 pub use budget::{Budget, Cost, bake_within};
 pub use choose::{Choice, Direct};
@@ -22,6 +23,7 @@ pub use forecast::{Forecast, GridForecast, Projection, ThreadForecast, forecast}
 pub use promise::{Adapted, Promise, bake_as_promised};
 pub use scope::{Scope, ScopeNote};
 pub use settings::{Preset, Settings};
+pub use size::{size_name, size_named};
 
 use serde::{Deserialize, Serialize};
 

@@ -8,13 +8,18 @@ use crate::table::Encoding;
 
 /// Size against accuracy, ready-made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// For previews: at most 512 KiB decoded, and 256 KiB in the file, for which 420 KiB have to do.
+    /// At most 512 KiB in memory and 256 KiB in the file: for previews.
+    ///
+    /// The file is small enough with 420 KiB in memory.
     Draft,
-    /// For use: at most 4 MiB decoded, and 2 MiB in the file, for which 3840 KiB have to do.
+    /// At most 4 MiB in memory and 2 MiB in the file: for use.
+    ///
+    /// The file is small enough with 3840 KiB in memory.
     Standard,
-    /// For reference: at most 32 MiB decoded.
+    /// At most 32 MiB in memory: for reference; takes minutes.
     Fine,
 }
 
@@ -45,6 +50,18 @@ pub struct Settings {
 }
 
 impl Preset {
+    /// All of them, from the smallest on.
+    pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Fine];
+
+    /// What files, flags and reports call it: `standard`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Standard => "standard",
+            Self::Fine => "fine",
+        }
+    }
+
     /// The settings of the preset.
     pub fn settings(self) -> Settings {
         let (max_bytes, max_error, target_error, tolerance) = match self {

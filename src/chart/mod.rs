@@ -45,6 +45,7 @@ use crate::math::{Lanes, Real, Vec3, norm2};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "lowercase")
 )]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[non_exhaustive]
 pub enum Chart {
     /// (θ_h, θ_d, φ_d, roll of the pair).

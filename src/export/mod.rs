@@ -69,18 +69,19 @@ use threes::Threes;
 
 /// What is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Format {
-    /// A KTX2 file of RGBA16F.
+    /// KTX2: a 3D texture of RGBA16F.
     Ktx2,
-    /// A DDS file of RGBA16F with a DX10 header, and its metadata as JSON.
+    /// DDS with a DX10 header: a 3D texture of RGBA16F, and a JSON file of metadata.
     Dds,
-    /// An OpenEXR picture of all slabs, of halves.
+    /// OpenEXR: all slabs of the volume side by side, as half floats.
     Exr,
-    /// A KTX2 file of three channels of nine bits that share an exponent.
+    /// KTX2 of three channels that share an exponent: half the bytes, and two fetches a lookup.
     Rgb9e5,
-    /// A KTX2 file of BC6H blocks.
+    /// KTX2 of BC6H blocks: an eighth of the bytes, two fetches a lookup, and an error that shows.
     Bc6h,
-    /// RGBA16F without any header, and its metadata as JSON.
+    /// RGBA16F without a header, and a JSON file of metadata.
     Raw,
 }
 
@@ -94,6 +95,18 @@ impl Format {
         Self::Bc6h,
         Self::Raw,
     ];
+
+    /// What the flag calls it: `ktx2`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ktx2 => "ktx2",
+            Self::Dds => "dds",
+            Self::Exr => "exr",
+            Self::Rgb9e5 => "rgb9e5",
+            Self::Bc6h => "bc6h",
+            Self::Raw => "raw",
+        }
+    }
 
     /// What files of it end in.
     pub fn extension(self) -> &'static str {

@@ -6,6 +6,7 @@ use crate::math::Real;
 
 /// Which model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum ModelKind {
     Lambert,
@@ -31,6 +32,11 @@ impl ModelKind {
             Self::TorranceSparrow => "torrance-sparrow",
             Self::Irawan => "irawan",
         }
+    }
+
+    /// The one of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
     /// The model with its parameters, if there are any.

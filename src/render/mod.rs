@@ -23,13 +23,14 @@ mod shape;
 #[cfg(feature = "scene")]
 pub(crate) use cloth::Pairs;
 use cloth::Points;
-pub use cloth::{Cloth, Evaluate, MISSING, Missing, Swatch};
 pub use compare::{Comparison, compare};
 pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
 pub use display::Display;
 pub use drape::Drape;
 pub use exr::{Layer, to_exr};
 pub use shape::{Cylinder, Shape};
+
+pub use crate::evaluator::{Cloth, MISSING, Missing};
 
 use std::f64::consts::PI;
 

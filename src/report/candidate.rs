@@ -1,21 +1,20 @@
 //! What is measured: every way to evaluate a fabric, ready to run.
 //!
-//! A new kind of evaluator is a few lines in `of_fabric`, and its colour in `plot`.
+//! A new kind is a few lines in `of_fabric`, and its colour in `plot`.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::{Options, ReportError};
-use crate::bake::{Direct, Preset, Settings, bake};
+use crate::bake::{Direct, Preset, Settings, bake, size_name};
+use crate::evaluator::{Evaluator, Missing, Pace, Spec};
 use crate::fabric::{Fabric, Strand, Thread};
 use crate::fit::{FitError, fit};
 use crate::metrics::{Pairs, Reflectance};
-use crate::model::{Model, ModelKind, Rule, Sadeghi, sweep_parts};
+use crate::model::{ModelKind, Rule, sweep_parts};
 use crate::progress::Progress;
-use crate::render::Evaluate;
-use crate::table::{Encoding, Table};
+use crate::table::Table;
 
 /// The evaluator that all times are compared to: the rule of the thesis, one pair at a time.
 pub const THESIS: &str = "midpoint:50";
@@ -35,65 +34,60 @@ pub enum Family {
     Fit,
 }
 
-/// A way to evaluate a fabric.
-pub struct Candidate {
+/// An evaluator to measure.
+pub(super) struct Candidate {
     /// What the tool calls it: `midpoint:4`, `table:standard`.
-    pub name: String,
+    pub(super) name: String,
     /// How it works.
-    pub family: Family,
+    pub(super) family: Family,
     /// Whether it takes many pairs at once.
-    pub batch: bool,
+    pub(super) batch: bool,
     /// Bytes that an evaluation reads, parameters aside: samples of tables, tilts of direct integration.
-    pub decoded_bytes: usize,
+    pub(super) decoded_bytes: usize,
     /// Bytes of the file that it is made from: a table, or the fabric's TOML. A fit has none yet.
-    pub file_bytes: usize,
+    pub(super) file_bytes: usize,
     /// How much it reflects, if that is not what the fabric does.
-    pub reflectance: Option<Reflectance>,
-    pub(super) evaluate: Arc<Evaluate>,
+    pub(super) reflectance: Option<Reflectance>,
+    pub(super) evaluator: Evaluator,
 }
 
 impl Candidate {
-    /// One that takes a pair at a time.
-    pub fn scalar(
-        name: String,
+    /// An evaluator that takes a pair at a time.
+    fn single(
+        spec: &Spec,
         family: Family,
         (decoded_bytes, file_bytes): (usize, usize),
-        eval_cos: impl Fn([f32; 3], [f32; 3]) -> [f32; 3] + Send + Sync + 'static,
+        evaluator: Evaluator,
     ) -> Self {
-        let eval = move |wi: [&[f32]; 3], wr: [&[f32]; 3], rho: [&mut [f32]; 3]| {
-            let [red, green, blue] = rho;
-            let rho = red.iter_mut().zip(green).zip(blue);
-            for (index, ((red, green), blue)) in rho.enumerate() {
-                [*red, *green, *blue] = eval_cos(wi.map(|w| w[index]), wr.map(|w| w[index]));
-            }
+        // The thesis' rule is timed as one would write it down; the others use what is fast.
+        let pace = match family {
+            Family::Midpoint => Pace::Plain,
+            _ => Pace::Single,
         };
         Self {
-            batch: false,
-            ..Self::batch(name, family, (decoded_bytes, file_bytes), eval)
-        }
-    }
-
-    /// One that takes many pairs at once.
-    pub fn batch(
-        name: String,
-        family: Family,
-        (decoded_bytes, file_bytes): (usize, usize),
-        eval_cos: impl Fn([&[f32]; 3], [&[f32]; 3], [&mut [f32]; 3]) + Send + Sync + 'static,
-    ) -> Self {
-        Self {
-            name,
+            name: spec.to_string(),
             family,
-            batch: true,
+            batch: false,
             decoded_bytes,
             file_bytes,
             reflectance: None,
-            evaluate: Arc::new(eval_cos),
+            evaluator: evaluator.at_pace(pace),
         }
+    }
+
+    /// The same evaluator, one pair at a time and many at once.
+    fn both(spec: &Spec, family: Family, bytes: (usize, usize), evaluator: Evaluator) -> Vec<Self> {
+        let batch = Self {
+            batch: true,
+            evaluator: evaluator.clone(),
+            ..Self::single(spec, family, bytes, evaluator.clone())
+        };
+        vec![Self::single(spec, family, bytes, evaluator), batch]
     }
 
     /// Evaluates all `pairs` into the first elements of `rho`.
     pub(super) fn eval(&self, pairs: &Pairs, rho: &mut [Vec<f32>; 3]) {
-        (self.evaluate)(
+        self.evaluator.eval_cos_batch(
             pairs.lights(),
             pairs.viewers(),
             rho.each_mut().map(|rho| &mut rho[..pairs.count()]),
@@ -134,16 +128,15 @@ pub(super) fn of_fabric(
         let end = done + cost(&settings) / total;
         let table = bake(fabric, &settings, baking.part(done, end))?;
         done = end;
-        candidates.extend(tables(&name, table)?);
+        candidates.extend(tables(name, table)?);
     }
     Ok(candidates)
 }
 
 /// The evaluators of a rule, one pair at a time and many.
 fn direct(fabric: &Fabric, rule: Rule) -> Vec<Candidate> {
-    let model = Arc::new(Sadeghi::<f32>::new(fabric, rule));
     // A tilt or node is two numbers, a segment's ends and density are five, a tangent of what sweeps five.
-    let (name, family, numbers) = match rule {
+    let (family, numbers) = match rule {
         Rule::Quadrature(nodes) => {
             let of_thread = |thread: &Thread| {
                 let strands = thread.strands(0.0);
@@ -154,27 +147,17 @@ fn direct(fabric: &Fabric, rule: Rule) -> Vec<Candidate> {
                 straight.sum::<usize>() + 5 * parts * nodes + 2 * nodes
             };
             let numbers = fabric.visible_threads().map(of_thread).sum();
-            (format!("quadrature:{nodes}"), Family::Quadrature, numbers)
+            (Family::Quadrature, numbers)
         }
         Rule::Midpoint(samples) => {
             let numbers = 2 * fabric.visible_threads().count() * samples as usize;
-            (format!("midpoint:{samples}"), Family::Midpoint, numbers)
+            (Family::Midpoint, numbers)
         }
-        Rule::Adaptive(_) => ("reference".to_owned(), Family::Quadrature, 0),
+        Rule::Adaptive(_) => (Family::Quadrature, 0),
     };
     let bytes = (numbers * size_of::<f32>(), fabric.toml.len());
-    let one = model.clone();
-    // The thesis' rule is timed as one would write it down; the others use what is fast.
-    let scalar = move |wi, wr| match rule {
-        Rule::Midpoint(_) => one.eval_cos(wi, wr),
-        _ => one.eval_cos_fast(wi, wr),
-    };
-    vec![
-        Candidate::scalar(name.clone(), family, bytes, scalar),
-        Candidate::batch(name, family, bytes, move |wi, wr, rho| {
-            model.eval_cos_batch(wi, wr, rho);
-        }),
-    ]
+    let evaluator = Evaluator::rule(fabric, rule);
+    Candidate::both(&Spec::Rule(rule), family, bytes, evaluator)
 }
 
 /// The best fit of another model.
@@ -186,28 +169,19 @@ fn fitted(
     let models = fit(fabric, kind, progress)?.models;
     let exact = kind.prepare::<f64>(&models).map_err(FitError::from)?;
     let model = kind.prepare::<f32>(&models).map_err(FitError::from)?;
-    let model = model.expect("it was fitted");
-    let name = format!("fit:{}", kind.name());
-    let scalar = move |wi, wr| model.eval_cos(wi, wr);
+    let evaluator = model.expect("it was fitted").into();
     Ok(Candidate {
         reflectance: exact.map(|exact| Reflectance::of(&*exact)),
-        ..Candidate::scalar(name, Family::Fit, (0, 0), scalar)
+        ..Candidate::single(&Spec::Fit(kind), Family::Fit, (0, 0), evaluator)
     })
 }
 
 /// The evaluators of one table.
-fn tables(name: &str, table: Table) -> Result<Vec<Candidate>, ReportError> {
+fn tables(name: String, table: Table) -> Result<Vec<Candidate>, ReportError> {
     let bytes = (table.decoded_bytes(), table.to_bytes()?.len());
-    let name = format!("table:{name}");
-    let table = Arc::new(table);
-    let one = table.clone();
-    let scalar = move |wi, wr| one.eval_cos(wi, wr);
-    Ok(vec![
-        Candidate::scalar(name.clone(), Family::Table, bytes, scalar),
-        Candidate::batch(name, Family::Table, bytes, move |wi, wr, rho| {
-            table.eval_cos_batch(wi, wr, rho);
-        }),
-    ])
+    let evaluator = Evaluator::table(table, Vec::new(), Missing::Nearest);
+    let spec = Spec::NamedTable(name);
+    Ok(Candidate::both(&spec, Family::Table, bytes, evaluator))
 }
 
 /// The tables to bake, by name.
@@ -221,7 +195,7 @@ fn bakes(options: &Options) -> Vec<(String, Settings)> {
     let presets = options
         .presets
         .iter()
-        .map(|preset| (preset_name(*preset).to_owned(), settings(*preset)));
+        .map(|preset| (preset.name().to_owned(), settings(*preset)));
     let sizes = options.sizes.iter().map(|size| {
         let settings = Settings {
             max_bytes: *size,
@@ -238,34 +212,7 @@ fn bakes(options: &Options) -> Vec<(String, Settings)> {
             direct: Direct::Never,
             ..standard()
         };
-        (format!("grids:{}", encoding_name(*encoding)), settings)
+        (format!("grids:{}", encoding.name()), settings)
     });
     presets.chain(sizes).chain(encodings).collect()
-}
-
-pub(crate) fn preset_name(preset: Preset) -> &'static str {
-    match preset {
-        Preset::Draft => "draft",
-        Preset::Standard => "standard",
-        Preset::Fine => "fine",
-    }
-}
-
-fn encoding_name(encoding: Encoding) -> &'static str {
-    match encoding {
-        Encoding::F32 => "f32",
-        Encoding::I16 => "i16",
-        Encoding::SqrtF32 => "sqrt-f32",
-        Encoding::SqrtI16 => "sqrt-i16",
-        Encoding::SqrtI8 => "sqrt-i8",
-    }
-}
-
-/// `64KiB`, `16MiB`.
-fn size_name(bytes: usize) -> String {
-    match bytes {
-        _ if bytes.is_multiple_of(1 << 20) => format!("{}MiB", bytes >> 20),
-        _ if bytes.is_multiple_of(1 << 10) => format!("{}KiB", bytes >> 10),
-        _ => format!("{bytes}B"),
-    }
 }

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Candidate;
+use super::candidate::Candidate;
+use crate::evaluator::Evaluator;
 use crate::fabric::Fabric;
-use crate::model::{Rule, Sadeghi};
+use crate::model::Rule;
 use crate::progress::{Cancelled, Progress};
 use crate::render::{Cloth, Comparison, Light, Picture, Shape, View, compare, render};
 
@@ -54,7 +55,7 @@ impl Truths {
         size: usize,
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
-        let cloth = Cloth::direct(Sadeghi::new(fabric, TRUTH));
+        let cloth = Cloth::from(Evaluator::rule(fabric, TRUTH));
         Ok(Self {
             size,
             sphere: picture(Shape::Sphere, &cloth, size, progress.part(0.0, 0.9))?,
@@ -64,7 +65,7 @@ impl Truths {
 
     /// How far the pictures of an evaluator are from these.
     pub(super) fn looks(&self, candidate: &Candidate) -> Result<Looks, Cancelled> {
-        let cloth = Cloth::Even(candidate.evaluate.clone());
+        let cloth = Cloth::from(candidate.evaluator.clone());
         let look = |shape: Shape, truth: &Picture| {
             let picture = picture(shape, &cloth, self.size, Progress::silent())?;
             Ok(Look::of(&compare(&picture, truth, 0.0)))

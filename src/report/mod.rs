@@ -15,13 +15,13 @@ pub(crate) mod records;
 pub(crate) mod summary;
 mod timing;
 
-pub(crate) use candidate::preset_name;
-pub use candidate::{Candidate, Family, THESIS};
+pub use candidate::{Family, THESIS};
 pub use front::pareto_front;
 pub use heat::{Axis, HeatMap};
 pub use look::{Look, Looks};
 pub use machine::Machine;
 
+use candidate::Candidate;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

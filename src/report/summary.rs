@@ -1,8 +1,8 @@
 //! What was measured, in a sentence or two.
 
-use super::candidate::{Family, preset_name};
-use super::{FabricReport, Measurement, Report, pareto_front};
+use super::{FabricReport, Family, Measurement, Report, pareto_front};
 use crate::bake::Preset;
+use crate::evaluator::Spec;
 
 /// Mean error below which the fastest evaluator is named.
 const GOOD: f64 = 5e-3;
@@ -17,7 +17,7 @@ impl Measurement {
 impl FabricReport {
     /// The table to speak of: the standard one, else the most accurate; without grid the only one.
     pub fn headline(&self) -> Option<&Measurement> {
-        let standard = format!("table:{}", preset_name(Preset::Standard));
+        let standard = Spec::NamedTable(Preset::Standard.name().to_owned()).to_string();
         let tables = || {
             let is_table = |evaluator: &&Measurement| evaluator.family == Family::Table;
             self.evaluators.iter().filter(is_table)

@@ -183,11 +183,12 @@ pub enum Material {
 
 /// Whether a table must leave the albedos open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Albedo {
-    /// Those of the fabric, for good.
+    /// Albedos stay those of the fabric.
     Fixed,
-    /// Any.
+    /// Albedos may change.
     #[default]
     Varies,
 }

@@ -20,11 +20,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::bake::{Adapted, BakeError, Preset, Provenance, Scope, bake_as_promised};
 use crate::chart::Chart;
+use crate::evaluator::Spec;
 use crate::fabric::Fabric;
 use crate::metrics::{Physics, VALIDATION_SEED};
 use crate::model::Rule;
 use crate::progress::Progress;
-use crate::report::preset_name;
 use crate::table::Table;
 use verdict::Trial;
 
@@ -346,12 +346,12 @@ fn case(
     let trial = Trial::new(fabric, pairs);
     let mut verdicts = vec![
         trial.reference(),
-        trial.rule("midpoint:50", Rule::THESIS),
-        trial.rule("quadrature:4", Rule::Quadrature(4)),
+        trial.rule(Rule::THESIS),
+        trial.rule(Rule::Quadrature(4)),
     ];
     for (baking, table) in tables {
-        let name = format!("table:{}", preset_name(baking.preset));
-        verdicts.push(trial.table(name, table));
+        let spec = Spec::NamedTable(baking.preset.name().to_owned());
+        verdicts.push(trial.table(&spec, table));
     }
     Case {
         what,

@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::{Baking, Case, Extreme, StressReport};
 use crate::bake::Adapted;
-use crate::report::preset_name;
 
 #[derive(Serialize, Default)]
 struct Row<'a> {
@@ -48,7 +47,7 @@ fn rows<'a>(fabric: &'a str, case: &'a Case) -> Vec<Row<'a>> {
     let mut rows: Vec<Row<'a>> = Vec::new();
     for verdict in &case.verdicts {
         let is_of = |baking: &&Baking| {
-            verdict.evaluator.strip_prefix("table:") == Some(preset_name(baking.preset))
+            verdict.evaluator.strip_prefix("table:") == Some(baking.preset.name())
         };
         let baking = case.bakes.iter().find(is_of);
         rows.push(Row {

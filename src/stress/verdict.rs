@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::evaluator::{Evaluator, Missing, Spec};
 use crate::fabric::Fabric;
 use crate::math::{Vec3, normalized};
 use crate::metrics::{PairKind, protocol_pairs};
@@ -131,18 +132,15 @@ impl<'a> Trial<'a> {
         });
         let deviations: Vec<f64> = deviations.collect();
         let values = [self.truth.clone(), self.beside.clone()];
-        self.verdict("reference".to_owned(), &values, &deviations)
+        self.verdict(&Spec::Rule(Rule::REFERENCE), &values, &deviations)
     }
 
     /// A rule that takes the same steps for every pair: one pair at a time, and in batches.
-    pub(super) fn rule(&self, name: &str, rule: Rule) -> Verdict {
-        let double = Sadeghi::<f64>::new(self.fabric, rule);
+    pub(super) fn rule(&self, rule: Rule) -> Verdict {
+        let double = Evaluator::<f64>::rule(self.fabric, rule);
         let double: Double<'_> = &|wi, wr| double.eval_cos(wi, wr);
-        let single = Sadeghi::<f32>::new(self.fabric, rule);
-        let batch = |pairs: &[SinglePair]| {
-            in_batches(pairs, |wi, wr, rho| single.eval_cos_batch(wi, wr, rho))
-        };
-        let values = [batch(&self.pairs), batch(&self.neighbours)];
+        let single = Evaluator::rule(self.fabric, rule);
+        let values = self.in_batches(&single);
         let deviations = self.pairs.par_iter().zip(&values[0]).enumerate();
         let deviations: Vec<f64> = deviations
             .map(|(index, (pair, batch))| {
@@ -163,31 +161,29 @@ impl<'a> Trial<'a> {
             let deviates = |k: usize| self.relative(values[k][index], own[k][index]) > JUMP;
             deviates(0) || deviates(1)
         };
-        let mut verdict = self.verdict(name.to_owned(), &values, &deviations);
+        let mut verdict = self.verdict(&Spec::Rule(rule), &values, &deviations);
         verdict.step = self.worst_step(&values, &own, is_judged);
         verdict
     }
 
     /// A baked table.
-    pub(super) fn table(&self, name: String, table: &Table) -> Verdict {
-        let batch = |pairs: &[SinglePair]| {
-            in_batches(pairs, |wi, wr, rho| table.eval_cos_batch(wi, wr, rho))
-        };
-        let values = [batch(&self.pairs), batch(&self.neighbours)];
+    pub(super) fn table(&self, spec: &Spec, table: &Table) -> Verdict {
+        let table = Evaluator::table(table.clone(), Vec::new(), Missing::Nearest);
+        let values = self.in_batches(&table);
         let single = |pair: &SinglePair| table.eval_cos(pair[0], pair[1]).map(f64::from);
         let deviations = self.pairs.par_iter().zip(&values[0]);
         let deviations: Vec<f64> = deviations
             .map(|(pair, batch)| self.relative(*batch, single(pair)))
             .collect();
-        self.verdict(name, &values, &deviations)
+        self.verdict(spec, &values, &deviations)
     }
 
-    fn verdict(
-        &self,
-        evaluator: String,
-        values: &[Vec<[f64; 3]>; 2],
-        deviations: &[f64],
-    ) -> Verdict {
+    /// Of the pairs and of their neighbours.
+    fn in_batches(&self, evaluator: &Evaluator) -> [Vec<[f64; 3]>; 2] {
+        [&self.pairs, &self.neighbours].map(|pairs| in_batches(pairs, evaluator))
+    }
+
+    fn verdict(&self, spec: &Spec, values: &[Vec<[f64; 3]>; 2], deviations: &[f64]) -> Verdict {
         let all = || values.iter().flatten().flatten();
         let errors: Vec<f64> = values[0]
             .iter()
@@ -195,7 +191,7 @@ impl<'a> Trial<'a> {
             .map(|(value, truth)| self.relative(*value, *truth))
             .collect();
         Verdict {
-            evaluator,
+            evaluator: spec.to_string(),
             pairs: self.pairs.len(),
             not_finite: all().filter(|x| !x.is_finite()).count(),
             negative: all().filter(|x| **x < 0.0).count(),
@@ -305,17 +301,12 @@ fn moved(pair: &SinglePair, distance: f64, index: usize) -> [Vec3<f64>; 2] {
     })
 }
 
-type Slices<'a> = [&'a [f32]; 3];
-
 /// All pairs at once.
-fn in_batches(
-    pairs: &[SinglePair],
-    eval: impl Fn(Slices<'_>, Slices<'_>, [&mut [f32]; 3]),
-) -> Vec<[f64; 3]> {
+fn in_batches(pairs: &[SinglePair], evaluator: &Evaluator) -> Vec<[f64; 3]> {
     let component = |side: usize, k: usize| pairs.iter().map(|pair| pair[side][k]).collect();
     let [wi, wr]: [[Vec<f32>; 3]; 2] = [0, 1].map(|side| [0, 1, 2].map(|k| component(side, k)));
     let mut rho = [0, 1, 2].map(|_| vec![0.0; pairs.len()]);
-    eval(
+    evaluator.eval_cos_batch(
         wi.each_ref().map(Vec::as_slice),
         wr.each_ref().map(Vec::as_slice),
         rho.each_mut().map(Vec::as_mut_slice),

@@ -4,24 +4,25 @@ use super::numbers::Numbers;
 #[cfg(feature = "bake")]
 use super::numbers::own;
 
-/// What a stored number is of the coefficient it stands for.
+/// How samples are stored. The root of a value bends less than a lobe does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "bake",
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case")
 )]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[non_exhaustive]
 pub enum Encoding {
-    /// Of the value, f32.
+    /// 32-bit floats.
     F32,
-    /// Of the value, 16-bit integer.
+    /// 16-bit integers.
     I16,
-    /// Of the value's square root, f32.
+    /// 32-bit floats of the square root.
     SqrtF32,
-    /// Of the value's square root, 16-bit integer. A root bends less than a lobe does.
+    /// 16-bit integers of the square root.
     SqrtI16,
-    /// Of the value's square root, 8-bit integer.
+    /// 8-bit integers of the square root.
     SqrtI8,
 }
 
@@ -34,6 +35,17 @@ impl Encoding {
         Self::SqrtI16,
         Self::SqrtI8,
     ];
+
+    /// What files, flags and reports call it: `sqrt-i16`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::I16 => "i16",
+            Self::SqrtF32 => "sqrt-f32",
+            Self::SqrtI16 => "sqrt-i16",
+            Self::SqrtI8 => "sqrt-i8",
+        }
+    }
 
     /// Bytes per stored number.
     pub const fn bytes(self) -> usize {

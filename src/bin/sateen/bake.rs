@@ -5,35 +5,115 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use clap::ValueEnum;
 use sateen::bake::{
-    Budget, Preset, Promise, Provenance, Scope, Settings, bake_as_promised, bake_within,
+    Budget, Direct, Preset, Promise, Provenance, Scope, Settings, bake_as_promised, bake_within,
 };
+use sateen::chart::Chart;
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
 use sateen::metrics::conserving;
 use sateen::needs::Needs;
 use sateen::progress::Progress;
 use sateen::scene::Albedo;
-use sateen::table::Table;
+use sateen::table::{Encoding, Table};
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::{AlbedoArg, BakeArgs, EnergyArg};
+use crate::args::{Dye, Print, Workers, parse_share, parse_size};
 use crate::info::scope_text;
 use crate::output::{
     Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, go_on, print, print_json,
-    say, sizes, use_threads,
+    say, sizes, use_workers,
 };
 use crate::record::load_needs;
 use crate::scene::load_scene;
 use crate::subject::{load_fabrics, load_table, provenance};
 
+/// Bake fabrics into tables and print the error of each.
+#[derive(clap::Args)]
+pub(crate) struct BakeArgs {
+    /// Names from the library, or TOML files of fabrics; or of patterns, which are baked as the fabrics that they need.
+    #[arg(value_name = "FABRIC|PATTERN", required_unless_present_any = ["all", "scene"])]
+    fabrics: Vec<String>,
+    /// Bake the whole library.
+    #[arg(long, conflicts_with = "fabrics")]
+    all: bool,
+    /// Bake what a scene needs: its fabrics, and of these the pairs of directions that its cameras and lights can ask for. A
+    /// TOML, glTF or GLB file; `sateen scene` tells what it needs.
+    #[arg(long, value_name = "SCENE", conflicts_with_all = ["fabrics", "all", "needs", "albedo", "variant"])]
+    scene: Option<PathBuf>,
+    /// Bake only the pairs that were recorded; several recordings are joined.
+    #[arg(long, value_name = "FILE")]
+    needs: Vec<PathBuf>,
+    /// Whether albedos change at run time; fixed grey albedos need only half the bytes.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = Albedo::Varies)]
+    albedo: Albedo,
+    /// The file to write, or the folder for several [default: NAME.sateen in the current folder].
+    #[arg(short, long, value_name = "PATH")]
+    output: Option<PathBuf>,
+    /// Write files that are not compressed and twice as large: programs map them into memory and look values up in place.
+    #[arg(long, conflicts_with = "resume")]
+    stored: bool,
+    /// Keep tables that are there already, if they are whole and made from the same fabric with the same settings by the same
+    /// version; bake only the others.
+    #[arg(long, conflicts_with_all = ["max_error", "max_bytes", "max_ns"])]
+    resume: bool,
+    /// How large and how accurate.
+    #[arg(long, value_enum, default_value_t = Preset::Standard)]
+    preset: Preset,
+    /// The most mean relative error (0.01 or 1%). The cheapest table that keeps this and the other limits is baked; if there is
+    /// none, nothing is written and the exit status is 3.
+    #[arg(long, value_name = "E", value_parser = parse_share, conflicts_with = "preset")]
+    max_error: Option<f64>,
+    /// The most bytes in memory, such as 64KiB or 4MiB.
+    #[arg(long, value_name = "N", value_parser = parse_size, conflicts_with = "preset")]
+    max_bytes: Option<usize>,
+    /// The most time per pair in nanoseconds, measured in batches on one core of this machine.
+    #[arg(long, value_name = "T", value_parser = parse_nanoseconds, conflicts_with = "preset")]
+    max_ns: Option<f64>,
+    /// The four coordinates of the table [default: for each thread those with less error].
+    #[arg(long, value_enum)]
+    chart: Option<Chart>,
+    /// How samples are stored [default: the preset's].
+    #[arg(long, value_enum)]
+    encoding: Option<Encoding>,
+    /// Whether ρ is scaled where the fabric would reflect more than arrives, as several published fits do.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = Energy::AsIs)]
+    energy: Energy,
+    /// When threads are evaluated directly instead of from a grid [default: worthwhile; with limits, where it is cheaper]. Direct
+    /// threads are fast in batches; single pairs are faster from grids.
+    #[arg(long, value_enum, value_name = "WHEN", conflicts_with_all = ["max_error", "max_ns"])]
+    direct: Option<Direct>,
+    #[command(flatten)]
+    dye: Dye,
+    #[command(flatten)]
+    workers: Workers,
+    #[command(flatten)]
+    print: Print,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Energy {
+    /// Off: the published values are baked.
+    AsIs,
+    /// On: by one factor, where it is needed; the table records it.
+    Clamp,
+}
+
+fn parse_nanoseconds(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(ns) if ns > 0.0 && ns.is_finite() => Ok(ns),
+        _ => Err("it is a number of nanoseconds above 0".to_owned()),
+    }
+}
+
 pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
-    use_threads(args.jobs)?;
+    use_workers(&args.workers)?;
     let mut jobs = match &args.scene {
         Some(path) => jobs_of_scene(path)?,
         None => jobs_of_fabrics(args)?,
     };
-    if args.energy == EnergyArg::Clamp {
+    if args.energy == Energy::Clamp {
         for job in &mut jobs {
             go_on()?;
             job.fabric = conserving(&job.fabric)?;
@@ -98,7 +178,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             outcome = Outcome::OutOfTolerance;
         }
         let seconds = start.elapsed().as_secs_f64();
-        if args.json {
+        if args.print.json {
             results.push(json!({
                 "fabric": fabric.name,
                 "path": file_bytes.map(|_| path),
@@ -141,7 +221,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             bar.suspend(|| print(&text))?;
         }
     }
-    if args.json {
+    if args.print.json {
         print_json(&Value::from(results))?;
     }
     Ok(outcome)
@@ -170,7 +250,7 @@ fn jobs_of_fabrics(args: &BakeArgs) -> Result<Vec<Job>> {
     let fabrics: Vec<Fabric> = if args.all {
         LIBRARY.iter().map(LibraryEntry::load).collect()
     } else {
-        let load = |name: &String| load_fabrics(name, args.variant.as_deref());
+        let load = |name: &String| load_fabrics(name, args.dye.variant.as_deref());
         let loaded: Vec<Vec<Fabric>> = args.fabrics.iter().map(load).collect::<Result<_>>()?;
         loaded.into_iter().flatten().collect()
     };
@@ -184,7 +264,7 @@ fn jobs_of_fabrics(args: &BakeArgs) -> Result<Vec<Job>> {
     let job = |fabric| Job {
         fabric,
         needs: needs.clone(),
-        fixed_albedo: args.albedo == AlbedoArg::Fixed,
+        fixed_albedo: args.albedo == Albedo::Fixed,
         max_error: None,
     };
     Ok(fabrics.into_iter().map(job).collect())
@@ -306,16 +386,10 @@ impl Kept {
 }
 
 fn settings(args: &BakeArgs) -> Settings {
-    let mut settings = Preset::from(args.preset).settings();
-    if let Some(chart) = args.chart {
-        settings.chart = Some(chart.into());
-    }
-    if let Some(direct) = args.direct {
-        settings.direct = direct.into();
-    }
-    if let Some(encoding) = args.encoding {
-        settings.encoding = encoding.into();
-    }
+    let mut settings = args.preset.settings();
+    settings.chart = args.chart;
+    settings.direct = args.direct.unwrap_or(settings.direct);
+    settings.encoding = args.encoding.unwrap_or(settings.encoding);
     settings
 }
 

@@ -1,16 +1,34 @@
 //! `sateen compare`
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Error, Result, bail};
 use sateen::pattern::MAX_IMAGE_BYTES;
 use sateen::render::{Picture, compare};
 
 use crate::Outcome;
-use crate::args::CompareArgs;
+use crate::args::{Print, parse_share};
 use crate::output::{print, print_json, talk};
-use crate::render::{comparison_json, comparison_text};
+use crate::picture::{comparison_json, comparison_text};
 use crate::subject::read;
+
+/// Tell how far a picture, such as an engine's screenshot, looks from one that is right.
+///
+/// PNG or EXR files of the same size, camera and framing. A PNG shows radiance by the power 1/2.2, as those of `sateen render` do, without
+/// other tone mapping; of an EXR of several layers the first is read. What is transparent in both is left out; a picture that is opaque all
+/// over has a black background, or none.
+#[derive(clap::Args)]
+pub(crate) struct CompareArgs {
+    /// The picture.
+    picture: PathBuf,
+    /// The truth.
+    truth: PathBuf,
+    /// The most mean FLIP, from 0 to 1; beyond it the exit status is 3.
+    #[arg(long, value_name = "E", value_parser = parse_share)]
+    max_flip: Option<f64>,
+    #[command(flatten)]
+    print: Print,
+}
 
 pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     let [a, b] = [load(&args.picture)?, load(&args.truth)?];
@@ -31,7 +49,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
         bail!("{} and {} show nothing", names[0], names[1]);
     }
     let comparison = compare(&a, &b, 0.0);
-    if args.json {
+    if args.print.json {
         print_json(&comparison_json(names, &comparison))?;
     } else {
         print(&comparison_text(names, &comparison))?;

@@ -2,27 +2,52 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use csv::{StringRecord, WriterBuilder};
 use rayon::prelude::*;
-use sateen::brdf::{Components, ThreadResponse};
-use sateen::fabric::Fabric;
+use sateen::brdf::ThreadResponse;
+use sateen::evaluator::{Cloth, Missing, Spec};
 use sateen::metrics::PairsFile;
-use sateen::model::{Model, ModelKind, Rule, Sadeghi, irawan_of};
-use sateen::pattern::Pattern;
+use sateen::model::Rule;
 use sateen::progress::{Cancelled, Progress};
-use sateen::table::Table;
 
 use crate::Outcome;
-use crate::args::{EvalArgs, Evaluator};
+use crate::args::{Dye, Strict};
+use crate::cloth::WayArgs;
 use crate::output::{Bar, Output, Usage, go_on, print, say};
-use crate::subject::{Subject, load_table, provenance};
+use crate::subject::{Subject, What};
+
+/// Evaluate pairs of directions.
+///
+/// Reads CSV with the columns wi_x, wi_y, wi_z (to the light) and wr_x, wr_y, wr_z (to the viewer) in the surface frame: x
+/// warp, y weft, z normal. Appends rho_r, rho_g, rho_b: BRDF × cosine, 1/sr, linear RGB. Other columns pass through.
+#[derive(clap::Args)]
+pub(crate) struct EvalArgs {
+    /// A table, a name from the library, or the TOML file of a fabric or a pattern.
+    #[arg(value_name = "TABLE|FABRIC|PATTERN")]
+    subject: String,
+    /// The CSV file of pairs, or - for stdin. For a pattern it also has the columns u and v.
+    #[arg(long, value_name = "CSV")]
+    pairs: PathBuf,
+    /// The CSV file to write [default: stdout].
+    #[arg(short, long, value_name = "CSV")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    way: WayArgs,
+    /// Also append S, V and P of every thread, and Q.
+    #[arg(long)]
+    components: bool,
+    #[command(flatten)]
+    strict: Strict,
+    #[command(flatten)]
+    dye: Dye,
+}
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
-    let subject = Subject::load(&args.subject, args.variant.as_deref())?;
-    let source = Source::new(subject, args)?;
+    let subject = Subject::load(&args.subject, args.dye.variant.as_deref())?;
+    let source = Source::new(&subject, args)?;
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
     let input = read_pairs(&args.pairs, source.place_columns())?;
     if input.not_unit() > 0 {
@@ -34,8 +59,8 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
 
     let mut writer = WriterBuilder::new().from_writer(Vec::new());
     let mut header: StringRecord = input.header().collect();
-    if args.components {
-        for name in &source.columns {
+    if let Some(threads) = &source.components {
+        for name in &threads.columns {
             for quantity in ["S", "V", "P"] {
                 header.push_field(&format!("{quantity}_{name}"));
             }
@@ -59,13 +84,13 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
             evaluated.advance()?;
             let columns = source.place_columns().len();
             let place = &input.numbers()[columns * row..columns * (row + 1)];
-            Ok(source.values(place, *wi, *wr, args.components))
+            Ok(source.values(place, *wi, *wr))
         })
         .collect::<Result<_, Cancelled>>()?;
-    let misses = source.misses();
+    let misses = source.cloth.misses();
     if misses > 0 {
         let what = format!("{misses} of {} pairs were not baked", values.len());
-        if args.strict {
+        if args.strict.strict {
             bail!("{what}; bake the table for them, or without --scene and --needs");
         }
         say(&format!("{what}, and have the nearest value"));
@@ -89,248 +114,93 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// What is evaluated, and how.
+/// What is evaluated.
 struct Source {
-    evaluation: Evaluation,
+    cloth: Cloth<f64>,
+    /// If components are written.
+    components: Option<Threads>,
+}
+
+struct Threads {
     /// The visible threads' names, in order.
-    threads: Vec<String>,
+    names: Vec<String>,
     /// The threads that components are written of: warp and weft in any case.
     columns: Vec<String>,
 }
 
-enum Evaluation {
-    Cloth(Cloth),
-    /// With a cloth for each of [`Pattern::bakes`].
-    Pattern(Box<Pattern>, Vec<Cloth>),
-    /// Another model than Sadeghi's.
-    Other(Box<dyn Model<f64> + Send>),
-}
-
-/// One fabric by Sadeghi's model.
-enum Cloth {
-    Table(Box<Table>),
-    Direct(Sadeghi<f64>),
-}
-
-impl Cloth {
-    fn components(&self, wi: [f64; 3], wr: [f64; 3]) -> Components<f64> {
-        match self {
-            Self::Table(table) => table.components(single(wi), single(wr)).cast(),
-            Self::Direct(model) => model.components(wi, wr),
-        }
-    }
-
-    fn eval_cos_with(&self, albedos: &[[f32; 3]], wi: [f64; 3], wr: [f64; 3]) -> [f64; 3] {
-        match self {
-            Self::Table(table) => {
-                let rho = table.eval_cos_with(albedos, single(wi), single(wr));
-                rho.map(f64::from)
-            }
-            Self::Direct(model) => {
-                let albedos: Vec<[f64; 3]> = albedos.iter().map(|a| a.map(f64::from)).collect();
-                model.eval_cos_with(&albedos, wi, wr)
-            }
-        }
-    }
-}
-
-fn single(w: [f64; 3]) -> [f32; 3] {
-    w.map(|x| x as f32)
-}
-
-/// A table or model for every fabric that a pattern needs.
-fn cloths_of(pattern: &Pattern, args: &EvalArgs) -> Result<Vec<Cloth>> {
-    if let Some(kind) = args.model {
-        let message = format!("--model {} is for one fabric, not a pattern", kind.name());
-        return Err(Usage(message).into());
-    }
-    if args.components {
-        let message =
-            "--components is for one fabric; a pattern's materials have threads of their own";
-        return Err(Usage(message.to_owned()).into());
-    }
-    let rule = match (args.evaluator, &args.tables) {
-        (Some(Evaluator::Table) | None, Some(folder)) => {
-            let load = |fabric: &Fabric| {
-                let path = folder.join(format!("{}.sateen", fabric.name));
-                let (table, _) = load_table(&path)?;
-                let (_, baked) = provenance(&table, &path)?;
-                if !baked.is_dyed_like(fabric) {
-                    bail!(
-                        "{} is not of the {} that {} names; bake the pattern again",
-                        path.display(),
-                        fabric.name,
-                        args.subject
-                    );
-                }
-                Ok(Cloth::Table(Box::new(table)))
-            };
-            return pattern.bakes().map(load).collect();
-        }
-        (Some(Evaluator::Table), None) => {
-            let message = format!(
-                "--evaluator table of a pattern needs --tables DIR, where `sateen bake {} -o DIR` wrote",
-                args.subject
-            );
-            return Err(Usage(message).into());
-        }
-        (Some(Evaluator::Direct(_)), Some(_)) => {
-            let message = "--tables are for --evaluator table";
-            return Err(Usage(message.to_owned()).into());
-        }
-        (Some(Evaluator::Direct(rule)), None) => rule,
-        (None, None) => Rule::REFERENCE,
-    };
-    let model = |fabric: &Fabric| Cloth::Direct(Sadeghi::new(fabric, rule));
-    Ok(pattern.bakes().map(model).collect())
-}
-
 impl Source {
-    fn new(subject: Subject, args: &EvalArgs) -> Result<Self> {
-        if let Subject::Pattern(pattern) = subject {
-            let cloths = cloths_of(&pattern, args)?;
-            return Ok(Self {
-                evaluation: Evaluation::Pattern(pattern, cloths),
-                threads: Vec::new(),
-                columns: Vec::new(),
-            });
-        }
-        if args.tables.is_some() {
-            let message = format!("--tables is for patterns, but {} is none", args.subject);
-            return Err(Usage(message).into());
-        }
-        if let Some(kind) = args.model {
-            return Self::other(subject, kind, args);
-        }
-        let (cloth, threads) = match (subject, args.evaluator) {
-            (Subject::Table(table), None | Some(Evaluator::Table)) => {
-                let threads = table
-                    .threads()
-                    .iter()
-                    .map(|thread| thread.name().to_owned())
-                    .collect();
-                (Cloth::Table(table), threads)
-            }
-            (Subject::Fabric(_), Some(Evaluator::Table)) => {
-                let message = format!(
-                    "--evaluator table needs a table, but {} is a fabric; bake it first",
-                    args.subject
-                );
-                return Err(Usage(message).into());
-            }
-            (subject, evaluator) => {
-                let fabric = fabric_of(subject, args)?;
-                let rule = match evaluator {
-                    Some(Evaluator::Direct(rule)) => rule,
-                    _ => Rule::REFERENCE,
-                };
-                let threads: Vec<String> = fabric
-                    .visible_threads()
-                    .map(|thread| thread.name.clone())
-                    .collect();
-                (Cloth::Direct(Sadeghi::new(&fabric, rule)), threads)
-            }
-        };
-        let mut columns = vec!["warp".to_owned(), "weft".to_owned()];
-        columns.extend(
-            threads
-                .iter()
-                .filter(|name| *name != "warp" && *name != "weft")
-                .cloned(),
-        );
-        Ok(Self {
-            evaluation: Evaluation::Cloth(cloth),
-            threads,
-            columns,
-        })
-    }
-
-    /// Another model than the one that components and rules of integration are of.
-    fn other(subject: Subject, kind: ModelKind, args: &EvalArgs) -> Result<Self> {
-        let name = kind.name();
-        let flags = [
-            ("--components", args.components),
-            ("--evaluator", args.evaluator.is_some()),
-        ];
-        if let Some((flag, _)) = flags.iter().find(|(_, is_there)| *is_there) {
-            let message = format!("{flag} is for --model sadeghi, not {name}");
-            return Err(Usage(message).into());
-        }
-        let mut fabric = fabric_of(subject, args)?;
-        if kind == ModelKind::Irawan && fabric.models.irawan.is_none() {
-            fabric.models.irawan = Some(irawan_of(&fabric));
-        }
-        let Some(model) = kind.prepare(&fabric.models)? else {
-            let section = name.replace('-', "_");
-            bail!(
-                "{subject} has no section [{section}]; `sateen fit {name} {subject} -o FILE` writes it into one",
-                subject = args.subject
-            );
-        };
-        Ok(Self {
-            evaluation: Evaluation::Other(model),
-            threads: Vec::new(),
-            columns: Vec::new(),
-        })
+    fn new(subject: &Subject, args: &EvalArgs) -> Result<Self> {
+        let spec = args.way.spec(subject, Rule::REFERENCE)?;
+        let cloth = args.way.cloth(subject, &spec, Missing::Nearest)?;
+        let components = args
+            .components
+            .then(|| Threads::of(subject, &spec))
+            .transpose()?;
+        Ok(Self { cloth, components })
     }
 
     /// The columns that say where on the cloth a pair is.
     fn place_columns(&self) -> &'static [&'static str] {
-        match self.evaluation {
-            Evaluation::Pattern(..) => &["u", "v"],
-            _ => &[],
-        }
-    }
-
-    /// Pairs that tables were asked for and not baked for.
-    fn misses(&self) -> usize {
-        let of = |cloth: &Cloth| match cloth {
-            Cloth::Table(table) => table.misses(),
-            Cloth::Direct(_) => 0,
-        };
-        match &self.evaluation {
-            Evaluation::Cloth(cloth) => of(cloth),
-            Evaluation::Pattern(_, cloths) => cloths.iter().map(of).sum(),
-            Evaluation::Other(_) => 0,
+        if self.cloth.is_pattern() {
+            &["u", "v"]
+        } else {
+            &[]
         }
     }
 
     /// What to append for a pair, at a place with the numbers in [`Source::place_columns`].
-    fn values(&self, place: &[f64], wi: [f64; 3], wr: [f64; 3], components: bool) -> Vec<f64> {
-        let cloth = match &self.evaluation {
-            Evaluation::Cloth(cloth) => cloth,
-            Evaluation::Pattern(pattern, cloths) => {
-                let number = |column: usize| place.get(column).copied().unwrap_or(0.0);
-                let place = pattern.at(number(0), number(1));
-                let cloth = &cloths[place.material.bake];
-                return cloth.eval_cos_with(&place.albedos, wi, wr).to_vec();
-            }
-            Evaluation::Other(model) => return model.eval_cos(wi, wr).to_vec(),
+    fn values(&self, place: &[f64], wi: [f64; 3], wr: [f64; 3]) -> Vec<f64> {
+        let components = self.components.as_ref().and_then(|threads| {
+            let evaluator = self.cloth.evaluators().first()?;
+            Some((threads, evaluator.components(wi, wr)?))
+        });
+        let Some((threads, components)) = components else {
+            let number = |column: usize| place.get(column).copied().unwrap_or(0.0);
+            let place = [number(0), number(1)];
+            return self.cloth.eval_cos(place, wi, wr).to_vec();
         };
-        let Components { threads, q, rho } = cloth.components(wi, wr);
         let mut values = Vec::new();
-        if components {
-            for column in &self.columns {
-                let index = self.threads.iter().position(|name| name == column);
-                let ThreadResponse {
-                    response,
-                    projection,
-                } = index.map_or(ThreadResponse::zero(), |index| threads[index]);
-                values.extend([response.surface, response.volume, projection]);
-            }
-            values.push(q);
+        for column in &threads.columns {
+            let index = threads.names.iter().position(|name| name == column);
+            let ThreadResponse {
+                response,
+                projection,
+            } = index.map_or(ThreadResponse::zero(), |index| components.threads[index]);
+            values.extend([response.surface, response.volume, projection]);
         }
-        values.extend(rho);
+        values.push(components.q);
+        values.extend(components.rho);
         values
     }
 }
 
-/// The fabric itself, or the one that a table was baked from.
-fn fabric_of(subject: Subject, args: &EvalArgs) -> Result<Fabric> {
-    match subject {
-        Subject::Fabric(fabric) => Ok(fabric),
-        Subject::Table(table) => Ok(provenance(&table, Path::new(&args.subject))?.1),
-        Subject::Pattern(pattern) => bail!("{} is a pattern, not a fabric", pattern.name),
+impl Threads {
+    fn of(subject: &Subject, spec: &Spec) -> Result<Self> {
+        let names: Vec<String> = match (&subject.what, spec) {
+            (What::Pattern(_), _) => {
+                let message = "--components is for one fabric; a pattern's materials have threads of their own";
+                return Err(Usage(message.to_owned()).into());
+            }
+            (_, Spec::Model(kind)) => {
+                let name = kind.name();
+                let message = format!("--components is for --model sadeghi, not {name}");
+                return Err(Usage(message).into());
+            }
+            (What::Table(table), Spec::Table) => {
+                let threads = table.threads().iter();
+                threads.map(|thread| thread.name().to_owned()).collect()
+            }
+            _ => {
+                let fabric = subject.fabric()?;
+                let threads = fabric.visible_threads();
+                threads.map(|thread| thread.name.clone()).collect()
+            }
+        };
+        let mut columns = vec!["warp".to_owned(), "weft".to_owned()];
+        let others = names.iter().filter(|name| !columns.contains(name));
+        let others: Vec<String> = others.cloned().collect();
+        columns.extend(others);
+        Ok(Self { names, columns })
     }
 }
 

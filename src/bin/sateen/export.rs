@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use clap::value_parser;
 use sateen::export::{About, Cost, Export, File, Format};
 use sateen::metrics::PairErrors;
 use sateen::progress::Progress;
@@ -10,13 +11,45 @@ use sateen::volume::Settings;
 use serde_json::json;
 
 use crate::Outcome;
-use crate::args::ExportArgs;
-use crate::output::{Bar, Output, Usage, bytes, print, print_json, use_threads};
+use crate::args::{Draw, Print, Workers, parse_size};
+use crate::output::{Bar, Output, Usage, bytes, print, print_json, use_workers};
 use crate::subject::{load_table, provenance};
 
+/// Write a table as a texture and parameters for shaders.
+///
+/// The texture's size, the bytes, and the error of the lookup in it against direct integration are printed. What it holds and how it is
+/// read is in the file's metadata: the key `sateen` of KTX2, the attribute `sateen` of EXR, NAME.json beside others.
+#[derive(clap::Args)]
+pub(crate) struct ExportArgs {
+    /// A table that `bake` wrote.
+    #[arg(value_name = "TABLE")]
+    table: PathBuf,
+    /// What to write.
+    #[arg(long, value_enum)]
+    format: Format,
+    /// The file to write, which ends in .ktx2, .dds, .exr or .bin, as the format asks; DDS and raw texels get a NAME.json beside them.
+    #[arg(short, long, value_name = "PATH")]
+    output: PathBuf,
+    /// The most bytes of the volume as RGBA16F, up to 64MiB; rgb9e5 takes half of it, bc6h an eighth.
+    #[arg(long, value_name = "N", value_parser = parse_size, default_value = "8MiB")]
+    max_bytes: usize,
+    /// Leave the texels of a KTX2 file as they are, for readers without zstd.
+    #[arg(long)]
+    no_supercompression: bool,
+    /// How many pairs of directions the error is measured on.
+    #[arg(long, value_name = "N", default_value_t = 16_384, value_parser = value_parser!(u32).range(1..=100_000_000))]
+    pairs: u32,
+    #[command(flatten)]
+    draw: Draw,
+    #[command(flatten)]
+    workers: Workers,
+    #[command(flatten)]
+    print: Print,
+}
+
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
-    use_threads(args.jobs)?;
-    let format = Format::from(args.format);
+    use_workers(&args.workers)?;
+    let format = args.format;
     let extension = format.extension();
     if args.output.extension().is_none_or(|end| end != extension) {
         let message = format!(
@@ -48,7 +81,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
     let cost = export.measure(
         &fabric,
         args.pairs as usize,
-        args.seed,
+        args.draw.seed,
         Progress::new(&report),
     )?;
     let about = About {
@@ -61,10 +94,10 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
         .with_context(cannot)?;
     drop(bar);
     let paths = write(&args.output, &files)?;
-    if args.json {
+    if args.print.json {
         let written = paths.iter().zip(&files);
         print_json(&json!({
-            "format": args.format.name(),
+            "format": format.name(),
             "pixels": format.pixels().name(),
             "size": export.size(),
             "texel_bytes": export.texels().len(),

@@ -5,12 +5,19 @@ use sateen::fabric::{Fabric, LIBRARY, LibraryEntry, Thread};
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::FabricsArgs;
+use crate::args::Print;
 use crate::output::{print, print_json};
+
+/// List the fabrics of the library.
+#[derive(clap::Args)]
+pub(crate) struct FabricsArgs {
+    #[command(flatten)]
+    print: Print,
+}
 
 pub(crate) fn run(args: &FabricsArgs) -> Result<Outcome> {
     let fabrics: Vec<Fabric> = LIBRARY.iter().map(LibraryEntry::load).collect();
-    if args.json {
+    if args.print.json {
         print_json(&fabrics.iter().map(fabric_json).collect())?;
         return Ok(Outcome::Done);
     }

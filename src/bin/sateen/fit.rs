@@ -1,5 +1,7 @@
 //! `sateen fit`
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 use sateen::fabric::Models;
 use sateen::fit::fit;
@@ -7,13 +9,33 @@ use sateen::model::ModelKind;
 use sateen::progress::Progress;
 
 use crate::Outcome;
-use crate::args::FitArgs;
-use crate::output::{Bar, Output, print, say, use_threads};
+use crate::args::{Dye, Workers};
+use crate::output::{Bar, Output, print, say, use_workers};
 use crate::subject::load_fabric;
 
+/// Fit another model to a fabric.
+///
+/// Prints the section of its parameters and says what the mean relative error is, measured as `validate` measures tables.
+#[derive(clap::Args)]
+pub(crate) struct FitArgs {
+    /// The model to fit.
+    #[arg(value_name = "MODEL", value_enum)]
+    model: ModelKind,
+    /// A name from the library, or a TOML file.
+    #[arg(value_name = "FABRIC")]
+    fabric: String,
+    /// The TOML file to write: the whole fabric with the section [default: the section to stdout].
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    dye: Dye,
+    #[command(flatten)]
+    workers: Workers,
+}
+
 pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
-    use_threads(args.jobs)?;
-    let mut fabric = load_fabric(&args.fabric, args.variant.as_deref())?;
+    use_workers(&args.workers)?;
+    let mut fabric = load_fabric(&args.fabric, args.dye.variant.as_deref())?;
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
 
     let mut bar = Bar::new(1);

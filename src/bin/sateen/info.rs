@@ -1,5 +1,7 @@
 //! `sateen info`
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 use sateen::bake::{Provenance, ScopeNote};
 use sateen::chart::Coordinates;
@@ -10,16 +12,29 @@ use sateen::table::{Axis, Content, Grid, Table, ThreadTable};
 use serde_json::{Map, Value, json};
 
 use crate::Outcome;
-use crate::args::InfoArgs;
+use crate::args::Print;
 use crate::output::{adapted_line, bytes, error_lines, print, print_json, sizes};
 use crate::subject::{load_table, provenance};
+
+/// Say what a table is and what made it.
+#[derive(clap::Args)]
+pub(crate) struct InfoArgs {
+    /// A table that `bake` wrote.
+    #[arg(value_name = "TABLE")]
+    table: PathBuf,
+    #[command(flatten)]
+    print: Print,
+    /// Print the fabric's parameters as the TOML file that was baked.
+    #[arg(long, conflicts_with = "json")]
+    toml: bool,
+}
 
 pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
     let (table, file_bytes) = load_table(&args.table)?;
     let (provenance, fabric) = provenance(&table, &args.table)?;
     if args.toml {
         print(&provenance.fabric.toml)?;
-    } else if args.json {
+    } else if args.print.json {
         print_json(&info_json(&table, &provenance, &fabric, file_bytes))?;
     } else {
         print(&info_text(&table, &provenance, &fabric, file_bytes))?;
@@ -29,7 +44,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
 
 fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes: usize) -> String {
     let settings = &provenance.settings;
-    let preset = name_of(&settings.preset);
+    let preset = settings.preset.name();
     let mut text = format!(
         "{}: {}\n  source     {}\n  made by    {}, preset {preset}, target error {} %, at most {} in memory\n",
         fabric.name,
@@ -184,7 +199,7 @@ fn grid_text(grid: &Grid) -> String {
     format!(
         "{chart} chart, {} coefficients{left_out} as {}, {}{fold}",
         axes.join(" × "),
-        name_of(&grid.encoding()),
+        grid.encoding().name(),
         bytes(grid.bytes())
     )
 }

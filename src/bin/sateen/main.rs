@@ -1,9 +1,10 @@
 //! The `sateen` tool: a thin client of the library.
 //!
-//! Data goes to stdout or `-o`, talk to stderr. Exit status: 0 done, 1 error, 2 usage, 3 out of tolerance.
+//! Data goes to stdout or `-o`, talk to stderr.
 
 mod args;
 mod bake;
+mod cloth;
 mod compare;
 mod eval;
 mod export;
@@ -12,6 +13,7 @@ mod fit;
 mod info;
 mod left_out;
 mod output;
+mod picture;
 mod record;
 mod render;
 mod report;
@@ -23,9 +25,42 @@ mod validate;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Parser, Subcommand};
 
-use args::{Args, Verb};
+const EXIT_STATUS: &str = "\
+Exit status:
+  0  done
+  1  error: the message says where and what to do
+  2  usage: an argument or a flag is missing or wrong
+  3  out of tolerance: a limit, a promise or a comparison does not hold";
+
+/// Bakes fabric BRDFs into small 4D tables, evaluates them, and tells what the approximation costs.
+#[derive(Parser)]
+#[command(version, max_term_width = 100, after_help = EXIT_STATUS)]
+struct Args {
+    #[command(subcommand)]
+    verb: Verb,
+    /// Write only errors to stderr.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    Fabrics(fabrics::FabricsArgs),
+    Bake(bake::BakeArgs),
+    Info(info::InfoArgs),
+    Eval(eval::EvalArgs),
+    Validate(validate::ValidateArgs),
+    Fit(fit::FitArgs),
+    Report(report::ReportArgs),
+    Stress(stress::StressArgs),
+    Render(render::RenderArgs),
+    Scene(scene::ExplainArgs),
+    Record(record::RecordArgs),
+    Export(export::ExportArgs),
+    Compare(compare::CompareArgs),
+}
 
 /// How a verb ended, short of an error.
 enum Outcome {
@@ -63,5 +98,14 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        super::Args::command().debug_assert();
     }
 }

@@ -14,6 +14,8 @@ use sateen::bake::{Adapted, Choice};
 use sateen::metrics::{ErrorReport, Quantiles};
 use sateen::progress::Cancelled;
 
+use crate::args::Workers;
+
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static QUIET: AtomicBool = AtomicBool::new(false);
 /// The temporary file that is being written, if any.
@@ -291,13 +293,13 @@ impl Drop for Bar {
     }
 }
 
-/// Sets the number of threads for all parallel work.
-pub(crate) fn use_threads(jobs: Option<u16>) -> Result<()> {
-    let Some(jobs) = jobs else { return Ok(()) };
+/// Starts the workers for all parallel work.
+pub(crate) fn use_workers(Workers { jobs }: &Workers) -> Result<()> {
+    let Some(jobs) = *jobs else { return Ok(()) };
     rayon::ThreadPoolBuilder::new()
         .num_threads(jobs.into())
         .build_global()
-        .with_context(|| format!("cannot start {jobs} threads; lower -j"))
+        .with_context(|| format!("cannot start {jobs} workers; lower -j"))
 }
 
 /// `4.12 MB`.
@@ -319,10 +321,10 @@ pub(crate) fn adapted_line(adapted: Option<Adapted>) -> &'static str {
     match adapted {
         None => "",
         Some(Adapted::Direct) => {
-            "  stiffer than the preset's grids allow: all threads are evaluated directly\n"
+            "  its lobes are too narrow for the preset's grids: all threads are evaluated directly\n"
         }
         Some(Adapted::Larger) => {
-            "  stiffer than the preset's grids allow: these have four times the bytes\n"
+            "  its lobes are too narrow for the preset's grids: these have four times the bytes\n"
         }
     }
 }

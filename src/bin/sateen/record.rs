@@ -1,15 +1,27 @@
 //! `sateen record`
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use sateen::needs::Needs;
 
 use crate::Outcome;
-use crate::args::RecordArgs;
 use crate::eval::read_pairs;
 use crate::output::{Output, say};
+
+/// Record pairs of directions that a program asked for, to bake only these.
+///
+/// Programs in Rust call `Needs::add_pair` and write `Needs::to_bytes`; others may write CSV.
+#[derive(clap::Args)]
+pub(crate) struct RecordArgs {
+    /// CSV files of pairs, as `eval` reads them, or - for stdin; and recordings, which are joined.
+    #[arg(value_name = "CSV|NEEDS", required = true)]
+    inputs: Vec<PathBuf>,
+    /// The recording to write, for `bake --needs`.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
 
 pub(crate) fn run(args: &RecordArgs) -> Result<Outcome> {
     let output = Output::prepare(&args.output)?;

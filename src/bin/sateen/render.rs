@@ -1,38 +1,185 @@
 //! `sateen render`
 
-use std::path::Path;
-use std::sync::Arc;
+use std::borrow::Cow;
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
+use clap::Subcommand;
+use sateen::evaluator::{Cloth, Spec, SpecError};
 use sateen::fabric::Fabric;
-use sateen::model::{ModelKind, Rule, Sadeghi, irawan_of};
-use sateen::pattern::Pattern;
 use sateen::progress::Progress;
 use sateen::render::{
-    Cloth, Comparison, Display, Drape, Layer, Light, Picture, Scene, Shape, Swatch, View, compare,
-    curtain, curves, curves_csv, curves_svg, load_mesh, render, to_exr, trousers,
+    Comparison, Display, Drape, Layer, Light, Picture, Scene, Shape, View, compare, curtain,
+    curves, curves_csv, curves_svg, load_mesh, render, to_exr, trousers,
 };
-use sateen::table::Table;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::Outcome;
-use crate::args::{Compared, Direction, Evaluator, PictureArgs, RenderArgs, SceneArg};
-use crate::output::{Bar, Output, Usage, go_on, print, print_json, say, use_threads};
-use crate::stage;
-use crate::subject::{Subject, load_table, provenance};
+use crate::args::{Dye, Workers, parse_within};
+use crate::cloth::{WayArgs, dyed_table, not_for_patterns};
+use crate::output::{Bar, Output, Usage, go_on, print, print_json, say, use_workers};
+use crate::picture::{Format, MissingArgs, RULE, SizeArgs, comparison_json, comparison_text};
+use crate::stage::{self, StageArgs};
+use crate::subject::{Subject, What};
 
-/// How fabrics are evaluated unless told otherwise: no error can be seen, and a picture takes seconds.
-const DEFAULT_RULE: Rule = Rule::Quadrature(8);
+/// Take pictures of cloth on cylinders, on a sphere, as a curtain, or on a mesh.
+///
+/// Lights have irradiance π, so that white cloth which scatters evenly and faces one has radiance 1. A PNG shows radiance to the
+/// power 1/2.2 at the --exposure, a transparent background, and what made it as text; an EXR has linear radiance without
+/// --exposure.
+#[derive(clap::Args)]
+pub(crate) struct RenderArgs {
+    #[command(subcommand)]
+    what: RenderArg,
+}
 
-pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
+/// What is rendered.
+#[derive(Subcommand)]
+enum RenderArg {
+    #[command(flatten)]
+    Cloth(SceneArg),
+    /// A scene of cameras, lights and cloths, from a TOML, glTF or GLB file.
+    Scene(StageArgs),
+}
+
+/// What one cloth lies on.
+#[derive(Subcommand)]
+enum SceneArg {
+    /// Three upright cylinders, their warp vertical, horizontal and diagonal.
+    ///
+    /// Beside the picture the radiance across each of them is written, as a drawing and as numbers: the same name ending in
+    /// .svg and .csv.
+    Cylinders(PictureArgs),
+    /// A sphere whose slices through the centre are cylinders of every orientation.
+    Sphere(PictureArgs),
+    /// A pleated curtain, its warp hanging down.
+    Curtain(DrapeArgs),
+    /// A trouser leg bent at the knee, its warp along the leg.
+    Trousers(DrapeArgs),
+    /// A mesh with texture coordinates; the warp runs along the first of them.
+    Mesh {
+        /// An OBJ, glTF or GLB file.
+        #[arg(value_name = "MESH")]
+        mesh: PathBuf,
+        #[command(flatten)]
+        drape: DrapeArgs,
+    },
+}
+
+/// How cloth that hangs is looked at.
+#[derive(clap::Args)]
+struct DrapeArgs {
+    #[command(flatten)]
+    picture: PictureArgs,
+    /// How far it is turned, its right side to the viewer, in degrees.
+    #[arg(long, value_name = "A", default_value_t = 0.0, value_parser = parse_degrees, allow_negative_numbers = true)]
+    turn_deg: f64,
+}
+
+/// How a picture is taken.
+#[derive(clap::Args)]
+struct PictureArgs {
+    /// A name from the library, the TOML file of a fabric or a pattern, or a table.
+    #[arg(value_name = "FABRIC|TABLE|PATTERN")]
+    subject: String,
+    /// The picture to write, which ends in .png or .exr.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    way: WayArgs,
+    /// Two evaluators, the second as the truth: writes both pictures, their difference and FLIP (the difference that the eye sees),
+    /// and prints how large they are. Each is table, midpoint:N, quadrature:N, reference, another model's name as --model has
+    /// it, or the file of a table of the same fabric, which is dyed like it.
+    #[arg(long, num_args = 2, value_names = ["A", "B"], value_parser = parse_side, conflicts_with_all = ["evaluator", "model"])]
+    compare: Option<Vec<Side>>,
+    #[command(flatten)]
+    missing: MissingArgs,
+    #[command(flatten)]
+    view: SizeArgs,
+    /// How far the light is turned from the camera to the right, in degrees.
+    #[arg(long, value_name = "A", value_parser = parse_degrees, allow_negative_numbers = true)]
+    light_deg: Option<f64>,
+    /// How far the light is raised, in degrees.
+    #[arg(long, value_name = "A", value_parser = parse_degrees, allow_negative_numbers = true)]
+    light_elevation_deg: Option<f64>,
+    /// The direction to the light, instead of angles; several are lights of the same strength. x right, y up, z to the viewer, of any
+    /// length [default: one at the camera; for curtains, trousers and meshes three: before them to the left, beside them to the right,
+    /// and a weak one from the viewer].
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, conflicts_with_all = ["light_deg", "light_elevation_deg"])]
+    light: Vec<Direction>,
+    /// How often a pattern repeats across half the circumference, along a curtain, or along a mesh's texture coordinate of 1.
+    #[arg(long, value_name = "N", default_value_t = 4.0, value_parser = parse_repeats)]
+    repeats: f64,
+    /// Store 32-bit floats in an EXR, not halves.
+    #[arg(long)]
+    float: bool,
+    /// Print what --compare finds as JSON.
+    #[arg(long, requires = "compare")]
+    json: bool,
+    #[command(flatten)]
+    dye: Dye,
+    #[command(flatten)]
+    workers: Workers,
+}
+
+/// A unit vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Direction([f64; 3]);
+
+/// One side of a comparison.
+#[derive(Debug, Clone, PartialEq)]
+enum Side {
+    Spec(Spec),
+    File(PathBuf),
+}
+
+fn parse_side(text: &str) -> Result<Side, String> {
+    if text.ends_with(".sateen") || text.contains(['/', '\\']) {
+        return Ok(Side::File(text.into()));
+    }
+    text.parse().map(Side::Spec).map_err(|error: SpecError| {
+        format!("{error}, another model's name, or the file of a table, which ends in .sateen")
+    })
+}
+
+fn parse_degrees(text: &str) -> Result<f64, String> {
+    parse_within(text, -360.0..=360.0, "degrees")
+}
+
+fn parse_repeats(text: &str) -> Result<f64, String> {
+    parse_within(text, 1e-3..=1e4, "repeats")
+}
+
+fn parse_direction(text: &str) -> Result<Direction, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|x| x.trim().parse()).collect();
+    let wrong = || "it is three numbers as 0.5,0,1, not all 0".to_owned();
+    let [x, y, z] = numbers
+        .ok()
+        .and_then(|numbers| <[f64; 3]>::try_from(numbers).ok())
+        .ok_or_else(wrong)?;
+    let length = x.hypot(y).hypot(z);
+    if length > 0.0 && length.is_finite() {
+        Ok(Direction([x, y, z].map(|component| component / length)))
+    } else {
+        Err(wrong())
+    }
+}
+
+pub(crate) fn run(args: &RenderArgs) -> Result<Outcome> {
+    match &args.what {
+        RenderArg::Cloth(scene) => picture(scene),
+        RenderArg::Scene(args) => stage::run(args),
+    }
+}
+
+fn picture(of: &SceneArg) -> Result<Outcome> {
     let args = match of {
         SceneArg::Cylinders(picture) | SceneArg::Sphere(picture) => picture,
         SceneArg::Curtain(drape) | SceneArg::Trousers(drape) | SceneArg::Mesh { drape, .. } => {
             &drape.picture
         }
-        SceneArg::Scene(args) => return stage::run(args),
     };
-    use_threads(args.jobs)?;
+    use_workers(&args.workers)?;
     let format = Format::of(&args.output)?;
     if args.float && format == Format::Png {
         let message = format!(
@@ -41,16 +188,17 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
         );
         return Err(Usage(message).into());
     }
-    let sitter = Sitter::load(args)?;
+    let subject = Subject::load(&args.subject, args.dye.variant.as_deref())?;
+    let sitter = Sitter::new(args, &subject)?;
     let looks = match &args.compare {
         Some(sides) => sides
             .iter()
-            .map(|side| sitter.look(side))
+            .map(|side| sitter.side(side))
             .collect::<Result<Vec<Look>>>()?,
         None => vec![sitter.only_look()?],
     };
-    let tables: Vec<Arc<Table>> = looks.iter().flat_map(|look| look.tables.clone()).collect();
-    args.missing.check(&tables)?;
+    let cloths = || looks.iter().map(|look| &look.cloth);
+    args.missing.check(cloths())?;
     let output = Output::prepare(&args.output)?;
     let beside = |extension: &str| Output::prepare(&args.output.with_extension(extension));
     let curve_files = match (of, &args.compare) {
@@ -59,8 +207,8 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
     };
     let lights = lights(of, args);
     let view = View {
-        size: args.size.into(),
-        samples: args.samples,
+        size: args.view.size.into(),
+        samples: args.view.samples,
         lights: &lights,
         repeats: args.repeats,
     };
@@ -85,7 +233,7 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
     }
     drop(bar);
     let comparison = match pictures.as_slice() {
-        [a, b] => Some(compare(a, b, args.exposure)),
+        [a, b] => Some(compare(a, b, args.view.exposure)),
         _ => None,
     };
     go_on()?;
@@ -101,7 +249,7 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
         Format::Exr => file.exr()?,
     };
     go_on()?;
-    let misses = args.missing.count(&tables)?;
+    let misses = args.missing.count(cloths())?;
     output.write(&bytes)?;
     if misses > 0 {
         say(&format!(
@@ -119,35 +267,12 @@ pub(crate) fn run(RenderArgs { scene: of }: &RenderArgs) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Format {
-    Png,
-    Exr,
-}
-
-impl Format {
-    pub(crate) fn of(path: &Path) -> Result<Self> {
-        let extension = path.extension().map(|end| end.to_ascii_lowercase());
-        match extension.as_deref().and_then(|end| end.to_str()) {
-            Some("png") => Ok(Self::Png),
-            Some("exr") => Ok(Self::Exr),
-            _ => {
-                let message = format!(
-                    "-o {}: a picture's name ends in .png or .exr",
-                    path.display()
-                );
-                Err(Usage(message).into())
-            }
-        }
-    }
-}
-
 /// What sits for the picture.
 struct Sitter<'a> {
     args: &'a PictureArgs,
-    cloth: Subject,
+    subject: &'a Subject,
     /// The fabric, or what a table was baked from; none of a pattern.
-    fabric: Option<Fabric>,
+    fabric: Option<Cow<'a, Fabric>>,
 }
 
 /// One way to see it.
@@ -155,32 +280,25 @@ struct Look {
     /// The evaluator.
     name: String,
     cloth: Cloth,
-    /// What it looks up.
-    tables: Vec<Arc<Table>>,
 }
 
 impl<'a> Sitter<'a> {
-    fn load(args: &'a PictureArgs) -> Result<Self> {
-        let cloth = Subject::load(&args.subject, args.variant.as_deref())?;
-        let fabric = match &cloth {
-            Subject::Fabric(fabric) => Some(fabric.clone()),
-            Subject::Table(table) => Some(provenance(table, Path::new(&args.subject))?.1),
-            Subject::Pattern(_) => None,
+    fn new(args: &'a PictureArgs, subject: &'a Subject) -> Result<Self> {
+        args.way.check_tables(subject)?;
+        let fabric = match subject.what {
+            What::Pattern(_) => None,
+            _ => Some(subject.fabric()?),
         };
-        if args.tables.is_some() && fabric.is_some() {
-            let message = format!("--tables is for patterns, but {} is none", args.subject);
-            return Err(Usage(message).into());
-        }
         Ok(Self {
             args,
-            cloth,
+            subject,
             fabric,
         })
     }
 
     fn name(&self) -> &str {
-        match (&self.cloth, &self.fabric) {
-            (Subject::Pattern(pattern), _) => &pattern.name,
+        match (&self.subject.what, &self.fabric) {
+            (What::Pattern(pattern), _) => &pattern.name,
             (_, Some(fabric)) => &fabric.name,
             _ => &self.args.subject,
         }
@@ -188,104 +306,32 @@ impl<'a> Sitter<'a> {
 
     /// As `--evaluator` and `--model` say.
     fn only_look(&self) -> Result<Look> {
-        let Some(kind) = self.args.model else {
-            let default = match (&self.cloth, &self.args.tables) {
-                (Subject::Table(_), _) | (Subject::Pattern(_), Some(_)) => Evaluator::Table,
-                _ => Evaluator::Direct(DEFAULT_RULE),
-            };
-            let evaluator = self.args.evaluator.unwrap_or(default);
-            if let (Evaluator::Direct(_), Some(_)) = (evaluator, &self.args.tables) {
-                let message = "--tables are for --evaluator table";
-                return Err(Usage(message.to_owned()).into());
-            }
-            return self.look(&Compared::Evaluator(evaluator));
-        };
-        if self.args.evaluator.is_some() {
-            let name = kind.name();
-            let message = format!("--evaluator is for --model sadeghi, not {name}");
-            return Err(Usage(message).into());
-        }
-        self.look(&Compared::Model(kind))
+        self.look(&self.args.way.spec(self.subject, RULE)?)
     }
 
-    fn look(&self, how: &Compared) -> Result<Look> {
-        let subject = &self.args.subject;
+    fn look(&self, spec: &Spec) -> Result<Look> {
         let missing = self.args.missing.shown();
-        let mut tables = Vec::new();
-        let (name, cloth) = match (how, &self.cloth, &self.fabric) {
-            (Compared::Evaluator(evaluator), Subject::Pattern(pattern), _) => {
-                let swatches = self.swatches(pattern, *evaluator)?;
-                tables.extend(swatches.iter().filter_map(|swatch| match swatch {
-                    Swatch::Table(table, _) => Some(Arc::clone(table)),
-                    Swatch::Direct(_) => None,
-                }));
-                let cloth = Cloth::Pattern(Arc::new(Pattern::clone(pattern)), swatches.into());
-                (evaluator_name(*evaluator), cloth)
-            }
-            (_, Subject::Pattern(_), _) | (_, _, None) => {
-                let message = format!(
-                    "{subject} is a pattern, which has no other models and single tables; compare table, midpoint:N, quadrature:N or reference"
-                );
-                return Err(Usage(message).into());
-            }
-            (Compared::Evaluator(Evaluator::Table), Subject::Table(table), _) => {
-                let table = Arc::new(Table::clone(table));
-                tables.push(Arc::clone(&table));
-                ("table".to_owned(), Cloth::table(table, Vec::new(), missing))
-            }
-            (Compared::Evaluator(Evaluator::Table), Subject::Fabric(_), _) => {
-                let message = format!(
-                    "the evaluator table needs a table, but {subject} is a fabric; bake it first"
-                );
-                return Err(Usage(message).into());
-            }
-            (Compared::Evaluator(Evaluator::Direct(rule)), _, Some(fabric)) => {
-                let cloth = Cloth::direct(Sadeghi::new(fabric, *rule));
-                (evaluator_name(Evaluator::Direct(*rule)), cloth)
-            }
-            (Compared::Model(kind), _, Some(fabric)) => {
-                (kind.name().to_owned(), model(*kind, fabric, subject)?)
-            }
-            (Compared::File(path), _, Some(fabric)) => {
-                let table = table_of(fabric, path)?;
-                let single = |albedo: [f64; 3]| albedo.map(|channel| channel as f32);
-                let threads = fabric.visible_threads();
-                let albedos = threads.map(|thread| single(thread.albedo)).collect();
-                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                tables.push(Arc::clone(&table));
-                (
-                    format!("table {stem}"),
-                    Cloth::table(table, albedos, missing),
-                )
-            }
-        };
         Ok(Look {
-            name,
-            cloth,
-            tables,
+            name: spec.to_string(),
+            cloth: self.args.way.cloth(self.subject, spec, missing)?,
         })
     }
 
-    /// A table or model for every fabric that a pattern needs.
-    fn swatches(&self, pattern: &Pattern, evaluator: Evaluator) -> Result<Vec<Swatch>> {
-        let swatch = |fabric: &Fabric| match (evaluator, &self.args.tables) {
-            (Evaluator::Direct(rule), _) => {
-                Ok(Swatch::Direct(Box::new(Sadeghi::new(fabric, rule))))
-            }
-            (Evaluator::Table, Some(folder)) => {
-                let path = folder.join(format!("{}.sateen", fabric.name));
-                let missing = self.args.missing.shown();
-                table_of(fabric, &path).map(|table| Swatch::Table(table, missing))
-            }
-            (Evaluator::Table, None) => {
-                let message = format!(
-                    "the evaluator table of a pattern needs --tables DIR, where `sateen bake {} -o DIR` wrote",
-                    self.args.subject
-                );
-                Err(Usage(message).into())
-            }
+    /// One side of `--compare`.
+    fn side(&self, side: &Side) -> Result<Look> {
+        let path = match side {
+            Side::Spec(spec) => return self.look(spec),
+            Side::File(path) => path,
         };
-        pattern.bakes().map(swatch).collect()
+        let Some(fabric) = &self.fabric else {
+            return Err(not_for_patterns(self.subject));
+        };
+        let missing = self.args.missing.shown();
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        Ok(Look {
+            name: Spec::NamedTable(stem.into_owned()).to_string(),
+            cloth: dyed_table(path, fabric, missing, "give a table of that fabric")?.into(),
+        })
     }
 
     /// What a file says of all its pictures.
@@ -301,50 +347,10 @@ impl<'a> Sitter<'a> {
             ("view", "orthographic, from 0,0,1".to_owned()),
             ("samples", view.samples.to_string()),
         ];
-        if matches!(self.cloth, Subject::Pattern(_)) {
+        if matches!(self.subject.what, What::Pattern(_)) {
             notes.push(("repeats", view.repeats.to_string()));
         }
         notes
-    }
-}
-
-/// A table of a fabric that is dyed in any way.
-pub(crate) fn table_of(fabric: &Fabric, path: &Path) -> Result<Arc<Table>> {
-    let (table, _) = load_table(path)?;
-    let (_, baked) = provenance(&table, path)?;
-    if !baked.is_dyed_like(fabric) {
-        bail!(
-            "{} is a table of {}, which is not the {} to be rendered; bake that",
-            path.display(),
-            baked.name,
-            fabric.name
-        );
-    }
-    Ok(Arc::new(table))
-}
-
-/// Another model with the parameters that the fabric's file has, or that its threads stand for.
-fn model(kind: ModelKind, fabric: &Fabric, subject: &str) -> Result<Cloth> {
-    let mut models = fabric.models.clone();
-    if kind == ModelKind::Irawan && models.irawan.is_none() {
-        models.irawan = Some(irawan_of(fabric));
-    }
-    let name = kind.name();
-    let Some(model) = kind.prepare(&models)? else {
-        let section = name.replace('-', "_");
-        bail!(
-            "{subject} has no section [{section}]; `sateen fit {name} {subject} -o FILE` writes it into one"
-        );
-    };
-    Ok(Cloth::other(model))
-}
-
-fn evaluator_name(evaluator: Evaluator) -> String {
-    match evaluator {
-        Evaluator::Table => "table".to_owned(),
-        Evaluator::Direct(Rule::Midpoint(count)) => format!("midpoint:{count}"),
-        Evaluator::Direct(Rule::Quadrature(count)) => format!("quadrature:{count}"),
-        Evaluator::Direct(Rule::Adaptive(_)) => "reference".to_owned(),
     }
 }
 
@@ -365,7 +371,6 @@ fn scene(of: &SceneArg) -> Result<Box<dyn Scene>> {
         SceneArg::Curtain(drape) => (curtain(), drape),
         SceneArg::Trousers(drape) => (trousers(), drape),
         SceneArg::Mesh { mesh, drape } => (load_mesh(mesh)?, drape),
-        SceneArg::Scene(_) => bail!("a scene is no single mesh"),
     };
     let drape = Drape::new(mesh, drape.turn_deg.to_radians(), FROM_ABOVE, ASPECT);
     Ok(Box::new(drape.context("the mesh has no triangles")?))
@@ -378,7 +383,6 @@ fn scene_name(of: &SceneArg) -> String {
         SceneArg::Curtain(_) => "curtain".to_owned(),
         SceneArg::Trousers(_) => "trousers".to_owned(),
         SceneArg::Mesh { mesh, .. } => mesh.display().to_string(),
-        SceneArg::Scene(args) => args.scene.display().to_string(),
     }
 }
 
@@ -412,7 +416,7 @@ struct File<'a> {
 impl File<'_> {
     /// The picture, or from left to right A, B, their difference and FLIP.
     fn png(&self) -> Result<Vec<u8>> {
-        let stops = self.args.exposure;
+        let stops = self.args.view.exposure;
         let shown = self.pictures.iter().map(|of| Display::of(of, stops));
         let mut parts: Vec<Display> = shown.collect();
         let mut notes = self.notes.clone();
@@ -487,30 +491,4 @@ fn tell(comparison: &Comparison, looks: &[Look], args: &PictureArgs) -> Result<(
         say(&format!("the difference is shown {factor} times as large"));
     }
     Ok(())
-}
-
-/// How far two pictures of these names are apart.
-pub(crate) fn comparison_json([a, b]: [&str; 2], comparison: &Comparison) -> Value {
-    json!({
-        "a": a,
-        "b": b,
-        "flip": { "mean": comparison.flip_mean, "max": comparison.flip_max },
-        "rmse": comparison.rmse,
-        "mean_relative_error": comparison.mean_relative_error,
-    })
-}
-
-/// The same, for people.
-pub(crate) fn comparison_text([a, b]: [&str; 2], comparison: &Comparison) -> String {
-    let Comparison {
-        flip_mean,
-        flip_max,
-        rmse,
-        mean_relative_error,
-        ..
-    } = comparison;
-    format!(
-        "{a} against {b}\n  FLIP                 mean {flip_mean:.5}, at most {flip_max:.4}\n  RMSE                 {rmse:.3e}\n  mean relative error  {:.3} %\n",
-        100.0 * mean_relative_error
-    )
 }

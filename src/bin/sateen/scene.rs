@@ -1,7 +1,7 @@
 //! `sateen scene`
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -15,12 +15,33 @@ use sateen::table::Content;
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::ExplainArgs;
+use crate::args::{Print, Workers};
 use crate::left_out::forecast_svg;
-use crate::output::{Bar, Output, bytes, print, print_json, use_threads};
+use crate::output::{Bar, Output, bytes, print, print_json, use_workers};
+
+/// Say what a scene needs of its fabrics, and what a bake for it leaves out.
+#[derive(clap::Args)]
+pub(crate) struct ExplainArgs {
+    /// A TOML, glTF or GLB file.
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// How large and how accurate the tables would be.
+    #[arg(long, value_enum, default_value_t = Preset::Standard)]
+    preset: Preset,
+    /// Draw which part of every table's box is needed, projected onto two coordinates at a time: FABRIC.svg in this folder.
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Write what is needed of each fabric as a recording, FABRIC.needs in this folder.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+    #[command(flatten)]
+    print: Print,
+    #[command(flatten)]
+    workers: Workers,
+}
 
 pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
-    use_threads(args.jobs)?;
+    use_workers(&args.workers)?;
     let scene = load_scene(&args.scene)?;
     let fabrics = scene.fabrics();
     let file = |folder: &Path, name: &str, end: &str| {
@@ -30,7 +51,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
         // Before the work, to find out.
         Output::prepare(&folder.join("scene"))?;
     }
-    let settings = Preset::from(args.preset).settings();
+    let settings = args.preset.settings();
 
     let mut bar = Bar::new(fabrics.len() + 1);
     let report = |share: f64| bar.report(share);
@@ -57,7 +78,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
         found.push((used, needs, forecast));
     }
     drop(bar);
-    if args.json {
+    if args.print.json {
         print_json(&to_json(&scene, &analysis, seconds, &found))?;
     } else {
         print(&to_text(&scene, &analysis, seconds, &found))?;

@@ -1,36 +1,69 @@
 //! `sateen render scene`
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
+use clap::value_parser;
+use sateen::evaluator::{Cloth, Evaluator, Missing};
 use sateen::fabric::Fabric;
-use sateen::model::{Rule, Sadeghi};
 use sateen::needs::Needs;
 use sateen::progress::Progress;
-use sateen::render::{Cloth, Display, Layer, Missing, Picture, Swatch, to_exr};
+use sateen::render::{Display, Layer, Picture, to_exr};
 use sateen::scene::{Material, Pose, Scene, Stage};
-use sateen::table::Table;
 use serde_json::json;
 
 use crate::Outcome;
-use crate::args::{MissingArgs, StageArgs};
-use crate::output::{Bar, Output, Usage, print, print_json, use_threads};
-use crate::render::{Format, table_of};
+use crate::args::{Print, Workers};
+use crate::cloth::table_in;
+use crate::output::{Bar, Output, print, print_json, use_workers};
+use crate::picture::{Format, MissingArgs, RULE, SizeArgs};
 use crate::scene::load_scene;
 
-/// How fabrics are evaluated without tables.
-const RULE: Rule = Rule::Quadrature(8);
+/// How a picture of a scene is taken.
+#[derive(clap::Args)]
+pub(crate) struct StageArgs {
+    /// A TOML, glTF or GLB file.
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// The picture to write, which ends in .png or .exr.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// The folder of the tables to take it with: what `bake --scene SCENE -o DIR` wrote [default: fabrics are integrated directly].
+    #[arg(long, value_name = "DIR")]
+    tables: Option<PathBuf>,
+    /// Also take it with the tables in this folder, and say how many pixels differ; the exit status is 3 if any do.
+    #[arg(long, value_name = "DIR", requires = "tables")]
+    against: Option<PathBuf>,
+    /// How many pictures to take, each from a camera, with lights and in a state drawn anew within their ranges; the last is
+    /// written [default: one, in the middle of all ranges].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    draws: Option<u32>,
+    /// The first of the seeds that draw them.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "draws")]
+    seed: u64,
+    #[command(flatten)]
+    missing: MissingArgs,
+    /// Write the pairs that the pictures ask for, by cloth, into this folder, as recordings for `bake --needs`.
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+    #[command(flatten)]
+    view: SizeArgs,
+    #[command(flatten)]
+    print: Print,
+    #[command(flatten)]
+    workers: Workers,
+}
 
 pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
-    use_threads(args.jobs)?;
+    use_workers(&args.workers)?;
     let format = Format::of(&args.output)?;
     let scene = load_scene(&args.scene)?;
-    let wardrobe = Wardrobe::load(&scene, args.tables.as_deref(), args.missing.shown())?;
-    args.missing.check(&wardrobe.tables)?;
+    let cloths = wardrobe(&scene, args.tables.as_deref(), args.missing.shown())?;
+    args.missing.check(cloths.values())?;
     let other = match &args.against {
-        Some(folder) => Some(Wardrobe::load(&scene, Some(folder), Missing::Nearest)?),
+        Some(folder) => Some(wardrobe(&scene, Some(folder), Missing::Nearest)?),
         None => None,
     };
     let output = Output::prepare(&args.output)?;
@@ -48,11 +81,11 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
         bar.begin(&format!("{} {}", scene.name, index + 1));
         let report = |share: f64| bar.report(share);
         let progress = Progress::new(&report);
-        let take = |wardrobe: &Wardrobe, progress: Progress<'_>| {
-            let size = args.size.into();
-            stage.picture(pose, &wardrobe.cloths, size, args.samples, true, progress)
+        let take = |cloths: &BTreeMap<String, Cloth>, progress: Progress<'_>| {
+            let size = args.view.size.into();
+            stage.picture(pose, cloths, size, args.view.samples, true, progress)
         };
-        let picture = take(&wardrobe, progress.part(0.0, 0.5))?;
+        let picture = take(&cloths, progress.part(0.0, 0.5))?;
         if let Some(other) = &other {
             let differs =
                 |(a, b): (&[f32; 4], &[f32; 4])| a.map(f32::to_bits) != b.map(f32::to_bits);
@@ -62,7 +95,7 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
             different += pairs.filter(|pair| differs(*pair)).count();
         }
         if args.record.is_some() {
-            for (cloth, pairs) in stage.pairs(pose, args.size.into(), args.samples) {
+            for (cloth, pairs) in stage.pairs(pose, args.view.size.into(), args.view.samples) {
                 let needs = recorded.entry(cloth).or_insert_with(Needs::none);
                 for [wi, wr] in pairs {
                     needs.add_pair(wi, wr);
@@ -73,7 +106,7 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
     }
     drop(bar);
     let picture = last.context("no picture was taken")?;
-    let misses = args.missing.count(&wardrobe.tables)?;
+    let misses = args.missing.count(cloths.values())?;
     output.write(&encode(&picture, format, &scene, args)?)?;
     if let Some(folder) = &args.record {
         for (cloth, needs) in &recorded {
@@ -82,8 +115,9 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
             Output::prepare(&path)?.write(&needs.to_bytes())?;
         }
     }
-    let of_other = other.as_ref().map(|other| misses_of(&other.tables));
-    if args.json {
+    let misses_of = |cloths: &BTreeMap<String, Cloth>| cloths.values().map(Cloth::misses).sum();
+    let of_other: Option<usize> = other.as_ref().map(misses_of);
+    if args.print.json {
         print_json(&json!({
             "scene": scene.name,
             "pictures": poses.len(),
@@ -114,12 +148,12 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
 fn encode(picture: &Picture, format: Format, scene: &Scene, args: &StageArgs) -> Result<Vec<u8>> {
     let notes = vec![
         ("scene", scene.name.clone()),
-        ("samples", args.samples.to_string()),
+        ("samples", args.view.samples.to_string()),
     ];
     match format {
         Format::Png => {
-            let notes = [notes, vec![("exposure", args.exposure.to_string())]].concat();
-            let display = Display::of(picture, args.exposure);
+            let notes = [notes, vec![("exposure", args.view.exposure.to_string())]].concat();
+            let display = Display::of(picture, args.view.exposure);
             display.to_png(&notes).context("cannot encode the PNG")
         }
         Format::Exr => {
@@ -131,83 +165,28 @@ fn encode(picture: &Picture, format: Format, scene: &Scene, args: &StageArgs) ->
 }
 
 /// What the objects of a scene wear, by the name of the cloth.
-struct Wardrobe {
-    cloths: BTreeMap<String, Cloth>,
-    tables: Vec<Arc<Table>>,
-}
-
-impl Wardrobe {
-    fn load(scene: &Scene, tables: Option<&Path>, missing: Missing) -> Result<Self> {
-        let mut wardrobe = Self {
-            cloths: BTreeMap::new(),
-            tables: Vec::new(),
-        };
-        for object in &scene.objects {
-            if wardrobe.cloths.contains_key(&object.cloth) {
-                continue;
+fn wardrobe(
+    scene: &Scene,
+    tables: Option<&Path>,
+    missing: Missing,
+) -> Result<BTreeMap<String, Cloth>> {
+    let evaluator = |fabric: &Fabric| match tables {
+        None => Ok(Evaluator::rule(fabric, RULE)),
+        Some(folder) => table_in(folder, fabric, missing, "bake the scene again"),
+    };
+    let mut cloths = BTreeMap::new();
+    for object in &scene.objects {
+        if cloths.contains_key(&object.cloth) {
+            continue;
+        }
+        let cloth = match &object.material {
+            Material::Fabric(fabric) => evaluator(fabric)?.into(),
+            Material::Pattern(pattern) => {
+                let evaluators = pattern.bakes().map(evaluator).collect::<Result<_>>()?;
+                Cloth::pattern(Arc::clone(pattern), evaluators)
             }
-            let mut table_in = |folder: &Path, fabric: &Fabric| {
-                let table = table_of(fabric, &folder.join(format!("{}.sateen", fabric.name)))?;
-                wardrobe.tables.push(Arc::clone(&table));
-                Ok(table)
-            };
-            let cloth = match (&object.material, tables) {
-                (Material::Fabric(fabric), None) => Cloth::direct(Sadeghi::new(fabric, RULE)),
-                (Material::Fabric(fabric), Some(folder)) => {
-                    let table = table_in(folder, fabric)?;
-                    let single = |albedo: [f64; 3]| albedo.map(|channel| channel as f32);
-                    let threads = fabric.visible_threads();
-                    let albedos = threads.map(|thread| single(thread.albedo)).collect();
-                    Cloth::table(table, albedos, missing)
-                }
-                (Material::Pattern(pattern), tables) => {
-                    let swatch = |fabric: &Fabric| match tables {
-                        None => Ok(Swatch::Direct(Box::new(Sadeghi::new(fabric, RULE)))),
-                        Some(folder) => {
-                            table_in(folder, fabric).map(|table| Swatch::Table(table, missing))
-                        }
-                    };
-                    let swatches = pattern.bakes().map(swatch).collect::<Result<_>>()?;
-                    Cloth::Pattern(Arc::clone(pattern), swatches)
-                }
-            };
-            wardrobe.cloths.insert(object.cloth.clone(), cloth);
-        }
-        Ok(wardrobe)
+        };
+        cloths.insert(object.cloth.clone(), cloth);
     }
-}
-
-impl MissingArgs {
-    /// What pictures show.
-    pub(crate) fn shown(&self) -> Missing {
-        if self.show_missing {
-            Missing::Magenta
-        } else {
-            Missing::Nearest
-        }
-    }
-
-    /// Complains if there are no tables that could lack anything.
-    pub(crate) fn check(&self, tables: &[Arc<Table>]) -> Result<()> {
-        if (self.show_missing || self.strict) && tables.is_empty() {
-            let message = "--show-missing and --strict are for tables, and none is looked up; render a table, or give --tables DIR";
-            return Err(Usage(message.to_owned()).into());
-        }
-        Ok(())
-    }
-
-    /// How many pairs the tables were not baked for; an error if there are any and `--strict` is given.
-    pub(crate) fn count(&self, tables: &[Arc<Table>]) -> Result<usize> {
-        let misses = misses_of(tables);
-        if self.strict && misses > 0 {
-            bail!(
-                "{misses} pairs were asked of tables that were not baked for them; bake them for this scene, or without --scene"
-            );
-        }
-        Ok(misses)
-    }
-}
-
-fn misses_of(tables: &[Arc<Table>]) -> usize {
-    tables.iter().map(|table| table.misses()).sum()
+    Ok(cloths)
 }

@@ -1,8 +1,11 @@
 //! FABRIC and TABLE arguments, and the folders of reports on them.
 
+use std::borrow::Cow;
+use std::fmt;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use sateen::bake::Provenance;
@@ -12,20 +15,52 @@ use sateen::table::{MAX_DECODED_BYTES, Table};
 
 use crate::output::{Output, Usage, say};
 
-/// No table takes more: its samples, and as much again for the case that they do not compress. Keeps a mistyped path to a
-/// film from being read whole.
+/// No table takes more: its samples, and as much again for the case that they do not compress. A mistyped path to a film is not
+/// read whole.
 const MAX_TABLE_BYTES: u64 = 2 * MAX_DECODED_BYTES;
 
 /// What an argument names.
-pub(crate) enum Subject {
+pub(crate) struct Subject {
+    argument: String,
+    pub(crate) what: What,
+}
+
+pub(crate) enum What {
     Fabric(Fabric),
     Table(Box<Table>),
-    Pattern(Box<Pattern>),
+    Pattern(Arc<Pattern>),
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.argument)
+    }
 }
 
 impl Subject {
     /// A library name, the TOML file of a fabric or a pattern, or a table.
     pub(crate) fn load(argument: &str, variant: Option<&str>) -> Result<Self> {
+        Ok(Self {
+            argument: argument.to_owned(),
+            what: What::load(argument, variant)?,
+        })
+    }
+
+    /// The fabric itself, or the one that a table was baked from.
+    pub(crate) fn fabric(&self) -> Result<Cow<'_, Fabric>> {
+        match &self.what {
+            What::Fabric(fabric) => Ok(Cow::Borrowed(fabric)),
+            What::Table(table) => {
+                let (_, fabric) = provenance(table, Path::new(&self.argument))?;
+                Ok(Cow::Owned(fabric))
+            }
+            What::Pattern(_) => bail!("{self} is a pattern, not a fabric"),
+        }
+    }
+}
+
+impl What {
+    fn load(argument: &str, variant: Option<&str>) -> Result<Self> {
         if Fabric::from_library(argument).is_some() || !Path::new(argument).exists() {
             if argument.ends_with(".sateen") {
                 read(argument, MAX_TABLE_BYTES)?;
@@ -44,7 +79,7 @@ impl Subject {
                 .with_context(|| format!("cannot read the table {argument}"))?;
             Ok(Self::Table(Box::new(table)))
         } else if is_pattern(&bytes) {
-            parse_pattern(&bytes, argument, variant).map(|pattern| Self::Pattern(Box::new(pattern)))
+            parse_pattern(&bytes, argument, variant).map(|pattern| Self::Pattern(Arc::new(pattern)))
         } else {
             parse_fabric(&bytes, argument, variant).map(Self::Fabric)
         }
@@ -81,10 +116,10 @@ fn parse_pattern(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<
 
 /// The fabrics that an argument of `bake` stands for: a library name, a TOML file, or what a pattern needs tables of.
 pub(crate) fn load_fabrics(argument: &str, variant: Option<&str>) -> Result<Vec<Fabric>> {
-    match Subject::load(argument, variant)? {
-        Subject::Fabric(fabric) => Ok(vec![fabric]),
-        Subject::Pattern(pattern) => Ok(pattern.bakes().cloned().collect()),
-        Subject::Table(_) => {
+    match What::load(argument, variant)? {
+        What::Fabric(fabric) => Ok(vec![fabric]),
+        What::Pattern(pattern) => Ok(pattern.bakes().cloned().collect()),
+        What::Table(_) => {
             let message = format!("{argument} is a table already; name a fabric or a pattern");
             Err(Usage(message).into())
         }
@@ -164,7 +199,7 @@ pub(crate) fn provenance(table: &Table, name: &Path) -> Result<(Provenance, Fabr
     let named = fabric.visible_threads().map(|thread| thread.name.as_str());
     if !named.eq(table.threads().iter().map(|thread| thread.name())) {
         bail!(
-            "the metadata of {} speak of other threads than its tables",
+            "the metadata and the grids of {} list different threads; bake the table again",
             name.display()
         );
     }

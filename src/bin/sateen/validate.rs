@@ -1,17 +1,43 @@
 //! `sateen validate`
 
+use std::path::PathBuf;
+
 use anyhow::Result;
-use sateen::metrics::{Physics, measure_table};
+use clap::value_parser;
+use sateen::metrics::{DEFAULT_PAIRS, Physics, measure_table};
 use sateen::progress::Progress;
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::ValidateArgs;
-use crate::output::{Bar, error_lines, print, print_json, sizes, talk, use_threads};
+use crate::args::{Draw, Print, Workers, parse_share};
+use crate::output::{Bar, error_lines, print, print_json, sizes, talk, use_workers};
 use crate::subject::{load_table, provenance};
 
+/// Measure tables against direct integration.
+///
+/// Relative error is max over channels of |table − direct| / (direct + 1 % of the mean), over pairs of which half are
+/// cosine-weighted and half near highlights, the same for the same seed.
+#[derive(clap::Args)]
+pub(crate) struct ValidateArgs {
+    /// Tables that `bake` wrote.
+    #[arg(value_name = "TABLE", required = true)]
+    tables: Vec<PathBuf>,
+    /// Exit with status 3 when the mean relative error of any table exceeds this (0.01 or 1%).
+    #[arg(long, value_name = "E", value_parser = parse_share)]
+    max_error: Option<f64>,
+    /// How many pairs of directions.
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_PAIRS as u32, value_parser = value_parser!(u32).range(1..=100_000_000))]
+    pairs: u32,
+    #[command(flatten)]
+    draw: Draw,
+    #[command(flatten)]
+    workers: Workers,
+    #[command(flatten)]
+    print: Print,
+}
+
 pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
-    use_threads(args.jobs)?;
+    use_workers(&args.workers)?;
     let mut tables = Vec::new();
     for path in &args.tables {
         let (table, file_bytes) = load_table(path)?;
@@ -29,7 +55,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
             fabric,
             table,
             args.pairs as usize,
-            args.seed,
+            args.draw.seed,
             Progress::new(&report),
         )?;
         if let Some(limit) = args.max_error.filter(|limit| !(error.all.mean <= *limit)) {
@@ -41,7 +67,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
             ));
         }
         let physics = Physics::of(fabric);
-        if args.json {
+        if args.print.json {
             results.push(json!({
                 "path": path,
                 "fabric": fabric.name,
@@ -62,7 +88,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
         }
     }
     drop(bar);
-    if args.json {
+    if args.print.json {
         print_json(&Value::from(results))?;
     }
     for message in &exceeded {
