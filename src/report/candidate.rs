@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{Options, ReportError};
-use crate::bake::{Direct, Preset, Settings, bake};
+use crate::bake::{Baker, Direct, Preset, Settings};
 use crate::fabric::{Fabric, Strand, Thread};
 use crate::fit::{FitError, fit};
 use crate::metrics::{Pairs, Reflectance};
@@ -130,11 +130,12 @@ pub(super) fn of_fabric(
     let cost = |settings: &Settings| settings.max_bytes as f64;
     let total: f64 = bakes.iter().map(|(_, settings)| cost(settings)).sum();
     let mut done = 0.0;
+    let mut baker = Baker::new(fabric)?;
     for (name, settings) in bakes {
         let end = done + cost(&settings) / total;
-        let table = bake(fabric, &settings, baking.part(done, end))?;
+        let baked = baker.bake(settings, baking.part(done, end))?;
         done = end;
-        candidates.extend(tables(&name, table)?);
+        candidates.extend(tables(&name, baked.table)?);
     }
     Ok(candidates)
 }
