@@ -179,7 +179,7 @@ fn a_table_without_grids_is_the_quadrature_that_it_names() {
         direct: Direct::Always,
         ..common::tiny()
     };
-    let table = bake(&fabric, &settings, Progress::silent()).unwrap();
+    let table = bake(&fabric, &settings, Progress::silent()).unwrap().table;
     let nodes = table.threads()[0].direct_nodes().unwrap();
     let quadrature = Sadeghi::<f32>::new(&fabric, Rule::Quadrature(nodes as u32));
     let pairs = Pairs::protocol(&fabric);

@@ -345,10 +345,11 @@ fn cell_errors(scale: &Scale, knots: &[usize], lines: &[Line]) -> Vec<f64> {
             (first as usize, axis.weights(first, u).map(f64::from))
         })
         .collect();
+    let solver = axis.solver();
     let errors_of = |line: &Line| -> Vec<f64> {
         let mut coefficients: Vec<f64> =
             sites.iter().flat_map(|site| line.quantity[*site]).collect();
-        axis.solve(&mut coefficients, 2);
+        solver.solve(&mut coefficients, 2);
         let error_at = |place: usize| {
             let (first, weights) = stencils[place];
             let error = |channel: usize| {

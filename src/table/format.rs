@@ -994,26 +994,21 @@ mod write {
 
         fn to_file(&self, minor: u16, pack: Pack) -> Result<Vec<u8>, Error> {
             let grids: Vec<&Grid> = self.threads.iter().flat_map(ThreadTable::grids).collect();
-            let mut contents = Vec::new();
-            let mut put = |bytes: Vec<u8>, words: Words| {
-                let decoded_bytes = bytes.len();
-                let (codec, stored) = pack(bytes, words)?;
-                contents.push((codec, decoded_bytes, stored));
-                Ok(())
-            };
-            put(self.metadata.as_bytes().to_owned(), Words::None)?;
+            let mut contents = vec![(self.metadata.as_bytes().to_owned(), Words::None)];
             for grid in &grids {
                 let words = Words::Of {
                     bytes: grid.encoding.bytes(),
                     before: grid.content.channels(),
                 };
-                put(sample_bytes(&grid.samples), words)?;
+                contents.push((sample_bytes(&grid.samples), words));
                 if let Some(rows) = &grid.rows {
                     let runs = rows.runs(&grid.axes);
                     let numbers = runs.iter().flat_map(|run| [run.first, run.count]);
-                    put(numbers.flat_map(u16::to_le_bytes).collect(), RUN_WORDS)?;
+                    let bytes = numbers.flat_map(u16::to_le_bytes).collect();
+                    contents.push((bytes, RUN_WORDS));
                 }
             }
+            let contents = packed(contents, pack)?;
 
             let mut body = Vec::new();
             put_u32(&mut body, contents.len());
@@ -1055,6 +1050,25 @@ mod write {
             }
             Ok(bytes)
         }
+    }
+
+    /// Every chunk as it is stored, and its length before; side by side where there are workers.
+    fn packed(
+        contents: Vec<(Vec<u8>, Words)>,
+        pack: Pack,
+    ) -> Result<Vec<(Codec, usize, Vec<u8>)>, Error> {
+        let packed = |(bytes, words): (Vec<u8>, Words)| {
+            let decoded_bytes = bytes.len();
+            let (codec, stored) = pack(bytes, words)?;
+            Ok((codec, decoded_bytes, stored))
+        };
+        #[cfg(feature = "bake")]
+        {
+            use rayon::prelude::*;
+            contents.into_par_iter().map(packed).collect()
+        }
+        #[cfg(not(feature = "bake"))]
+        contents.into_iter().map(packed).collect()
     }
 
     /// By zstd, numbers by their planes.
