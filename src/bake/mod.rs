@@ -1,11 +1,12 @@
 //! Fabrics to tables.
 //!
-//! [`bake`] makes one table of a fabric, a [`Baker`] any number of them, by a [`Request`]: settings, of which [`Preset`]s have ready-made ones; a
-//! [`Goal`] beyond them; and a [`Scope`].
+//! [`bake`] makes one table of a fabric, a [`Baker`] any number of them. What to bake is a [`Request`]: [`Settings`], ready-made as
+//! [`Preset`]s; a [`Goal`] that other settings may reach where these do not; and a [`Scope`].
 //!
 //! Per thread: how its segments are evaluated is chosen (`choose`), the knots of a grid are placed (`plan`), the segments'
-//! mean response integrated at its sites (`integrate`) and stored (`encode`). Then the table's error is measured by the protocol of [`crate::metrics`] and written into it,
-//! together with everything that made it. What depends on neither size nor error is found once (`survey`).
+//! mean response integrated at its sites (`integrate`) and stored (`encode`). Then the table's error is measured by the protocol of
+//! [`crate::metrics`] and written into it, together with everything that made it. What depends on neither size nor error is found once
+//! (`survey`).
 
 mod baker;
 mod budget;

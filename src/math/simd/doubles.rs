@@ -3,7 +3,6 @@
 //! Sums, products, quotients and square roots are correctly rounded in vectors as they are alone, nothing is fused, and angles,
 //! exponentials, sines and cosines are those of `f64`, called lane by lane. So what is computed here does not depend on the
 //! instruction set; only the time does, since quotients and roots are most of it.
-#![expect(unsafe_code, reason = "instructions that only some machines have")]
 
 use super::Level;
 use crate::math::Lanes;
@@ -46,6 +45,7 @@ impl Level {
         #[cfg(target_arch = "x86_64")]
         if self != Self::Portable && Self::Avx2.is_available() {
             // SAFETY: the machine has been asked for the instructions just above.
+            #[expect(unsafe_code, reason = "functions of an instruction set")]
             return unsafe { x86::run(kernel) };
         }
         kernel.run::<f64>()
@@ -53,6 +53,7 @@ impl Level {
 }
 
 #[cfg(target_arch = "x86_64")]
+#[expect(unsafe_code, reason = "instructions that only some machines have")]
 mod x86 {
     use core::arch::x86_64::*;
     use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
