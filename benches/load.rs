@@ -14,7 +14,9 @@ fn load(criterion: &mut Criterion) {
             error_pairs: 16,
             ..preset.settings()
         };
-        let table = bake(&fabric, &settings, Progress::silent()).expect("nobody stops it");
+        let table = bake(&fabric, &settings, Progress::silent())
+            .expect("nobody stops it")
+            .table;
         let file = table.to_bytes().expect("memory suffices");
         group.throughput(Throughput::Bytes(table.decoded_bytes() as u64));
         group.bench_function(

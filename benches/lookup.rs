@@ -4,7 +4,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use sateen::bake::{Direct, Preset, Scope, Settings, bake, bake_for};
+use sateen::bake::{Direct, Preset, Request, Scope, Settings, bake};
 use sateen::fabric::Fabric;
 use sateen::lookup::Quantity;
 use sateen::math::simd::Level;
@@ -46,7 +46,9 @@ fn lookup(criterion: &mut Criterion) {
                 direct: Direct::Never,
                 ..preset.settings()
             };
-            let table = bake(&fabric, &settings, Progress::silent()).expect("nobody stops it");
+            let table = bake(&fabric, &settings, Progress::silent())
+                .expect("nobody stops it")
+                .table;
             let preset = format!("{preset:?}").to_lowercase();
             group.bench_function(BenchmarkId::new(name, &preset), |bench| {
                 bench.iter(|| one_by_one(&|wi, wr| table.eval_cos(wi, wr)));
@@ -92,8 +94,15 @@ fn part(criterion: &mut Criterion) {
             needs,
             fixed_albedo: false,
         };
-        let table = bake_for(&fabric, &settings, &scope, Progress::silent());
-        let table = table.expect("nobody stops it");
+        let table = bake(
+            &fabric,
+            Request {
+                scope,
+                ..settings.clone().into()
+            },
+            Progress::silent(),
+        );
+        let table = table.expect("nobody stops it").table;
         group.bench_function(BenchmarkId::new("denim", name), |bench| {
             let at = |k: usize| table.eval_cos(wi.map(|w| w[k]), wr.map(|w| w[k]))[0];
             bench.iter(|| (0..pairs.count()).map(|k| black_box(at(k))).sum::<f32>());

@@ -7,7 +7,7 @@
 //! use sateen::progress::Progress;
 //!
 //! let fabric = Fabric::from_library("faux-suede").unwrap();
-//! let table = bake(&fabric, &Preset::Draft.settings(), Progress::silent()).unwrap();
+//! let table = bake(&fabric, Preset::Draft, Progress::silent()).unwrap().table;
 //!
 //! let (wi, wr) = ([0.0, 0.6, 0.8], [0.0, 0.0, 1.0]);
 //! let [r, g, b] = table.eval(wi, wr);

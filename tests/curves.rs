@@ -7,7 +7,7 @@ mod common;
 
 use common::{fabric, hostile_directions, tiny, tiny_table};
 use proptest::prelude::*;
-use sateen::bake::{Adapted, Provenance, Scope, bake};
+use sateen::bake::{Adapted, Baked, Goal, Provenance, Request, bake};
 use sateen::brdf::Reweighting;
 use sateen::chart::Coordinates;
 use sateen::fabric::Fabric;
@@ -122,8 +122,8 @@ fn a_curve_of_one_direction_is_the_straight_thread_exactly() {
                 assert_eq!(c.eval_cos_fast(wi, wr), d.eval_cos_fast(wi, wr));
             }
         }
-        let [a, b] =
-            [&straight, &curved].map(|fabric| bake(fabric, &tiny(), Progress::silent()).unwrap());
+        let [a, b] = [&straight, &curved]
+            .map(|fabric| bake(fabric, &tiny(), Progress::silent()).unwrap().table);
         assert_eq!(a.threads(), b.threads());
         assert_eq!(a.format(), b.format());
     }
@@ -280,7 +280,7 @@ fn felt_has_a_table_of_three_axes_and_the_smallest_of_all() {
 #[test]
 fn grids_are_folded_only_where_the_curve_allows() {
     let fold = |fabric: &Fabric| {
-        let table = bake(fabric, &tiny(), Progress::silent()).unwrap();
+        let table = bake(fabric, &tiny(), Progress::silent()).unwrap().table;
         match table.threads()[0].grid().unwrap().coordinates() {
             Coordinates::Thread {
                 ends_fold,
@@ -320,7 +320,7 @@ fn tables_of_curves_keep_what_bakes_say_of_them_and_have_no_seams() {
             max_bytes,
             ..tiny()
         };
-        let table = bake(&fabric, &settings, Progress::silent()).unwrap();
+        let table = bake(&fabric, &settings, Progress::silent()).unwrap().table;
         let error = Provenance::of(&table).unwrap().error.all;
         assert!(error.mean < 0.015, "{reweighting}: {}", error.mean);
 
@@ -400,10 +400,13 @@ fn a_bake_does_not_try_direct_evaluation_where_every_thread_is_a_curve() {
         ..tiny()
     };
     let fabric = of_curve("[0, 150]", "[-30, 60]", "[1]", 3.0);
-    let (table, kept) =
-        sateen::bake::bake_as_promised(&fabric, &settings, &Scope::default(), Progress::silent())
-            .unwrap();
-    let provenance = Provenance::of(&table).unwrap();
+    let request = Request {
+        goal: Goal::Promise,
+        ..settings.into()
+    };
+    let Baked {
+        provenance, kept, ..
+    } = bake(&fabric, request, Progress::silent()).unwrap();
     assert!(
         !kept && provenance.adapted == Some(Adapted::Larger),
         "{:?}",

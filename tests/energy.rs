@@ -114,8 +114,8 @@ fn a_scaled_fabric_is_scaled_by_every_evaluator_and_in_the_file() {
         direct: Direct::Always,
         ..tiny()
     };
-    let [plain, scaled] =
-        [&fabric, &clamped].map(|fabric| bake(fabric, &settings, Progress::silent()).unwrap());
+    let [plain, scaled] = [&fabric, &clamped]
+        .map(|fabric| bake(fabric, &settings, Progress::silent()).unwrap().table);
     assert_eq!(
         plain.to_bytes().unwrap()[10],
         0,

@@ -37,7 +37,9 @@ fn cases() -> &'static [Case] {
                 direct: Direct::Never,
                 ..Preset::Draft.settings()
             };
-            let table = bake(&fabric, &settings, Progress::silent()).expect("a table");
+            let table = bake(&fabric, &settings, Progress::silent())
+                .expect("a table")
+                .table;
             let settings = volume::Settings {
                 max_bytes: 256 << 10,
                 ..volume::Settings::default()

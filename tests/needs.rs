@@ -7,7 +7,7 @@ use common::{assert_light, fabric, hostile_directions, tiny};
 use proptest::prelude::*;
 use std::sync::LazyLock;
 
-use sateen::bake::{BakeError, Provenance, Scope, Settings, bake, bake_for};
+use sateen::bake::{BakeError, Provenance, Request, Scope, Settings, bake};
 use sateen::fabric::Fabric;
 use sateen::metrics::protocol_pairs;
 use sateen::needs::{Directions, Needs};
@@ -28,7 +28,7 @@ fn pairs_of(fabric: &Fabric, count: usize) -> Vec<Pair> {
 }
 
 fn full(fabric: &Fabric, settings: &Settings) -> Table {
-    bake(fabric, settings, Progress::silent()).unwrap()
+    bake(fabric, settings, Progress::silent()).unwrap().table
 }
 
 /// Tables of [`FABRICS`] that several tests look at: of everything, and of [`some_needs`].
@@ -48,7 +48,16 @@ fn pruned(fabric: &Fabric, settings: &Settings, needs: &Needs) -> Table {
         needs: Some(needs),
         fixed_albedo: false,
     };
-    bake_for(fabric, settings, &scope, Progress::silent()).unwrap()
+    bake(
+        fabric,
+        Request {
+            scope,
+            ..settings.into()
+        },
+        Progress::silent(),
+    )
+    .unwrap()
+    .table
 }
 
 /// A lamp and a viewer in some parts of the hemisphere, and a few pairs.
@@ -181,7 +190,14 @@ fn everything_is_everything() {
         needs: Some(&Needs::none()),
         fixed_albedo: false,
     };
-    let refused = bake_for(&fabric, &tiny(), &scope, Progress::silent());
+    let refused = bake(
+        &fabric,
+        Request {
+            scope,
+            ..tiny().into()
+        },
+        Progress::silent(),
+    );
     assert_eq!(
         refused.err(),
         Some(BakeError::NotNeeded("denim".to_owned()))
@@ -208,7 +224,16 @@ fn an_albedo_that_stays_grey_needs_one_channel() {
             needs: None,
             fixed_albedo: true,
         };
-        let one = bake_for(&fabric, &tiny(), &scope, Progress::silent()).unwrap();
+        let one = bake(
+            &fabric,
+            Request {
+                scope,
+                ..tiny().into()
+            },
+            Progress::silent(),
+        )
+        .unwrap()
+        .table;
         assert_eq!(one.threads()[0].grid().unwrap().content(), content);
         if content == Content::Both {
             continue;

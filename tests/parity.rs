@@ -6,9 +6,10 @@ mod common;
 use common::{fabric, hostile_directions, tiny_table};
 use rayon::prelude::*;
 use sateen::bake::{Direct, Settings, bake};
+use sateen::brdf::{Optics, ThreadPair};
 use sateen::fabric::{Fabric, LIBRARY};
 use sateen::lookup::Quantity;
-use sateen::math::simd::{Colours, Directions, Level};
+use sateen::math::simd::{Colours, Directions, DoubleKernel, Doubles, Level};
 use sateen::metrics::protocol_pairs;
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
@@ -179,7 +180,7 @@ fn a_table_without_grids_is_the_quadrature_that_it_names() {
         direct: Direct::Always,
         ..common::tiny()
     };
-    let table = bake(&fabric, &settings, Progress::silent()).unwrap();
+    let table = bake(&fabric, &settings, Progress::silent()).unwrap().table;
     let nodes = table.threads()[0].direct_nodes().unwrap();
     let quadrature = Sadeghi::<f32>::new(&fabric, Rule::Quadrature(nodes as u32));
     let pairs = Pairs::protocol(&fabric);
@@ -223,4 +224,47 @@ fn no_pairs_are_a_batch_and_unequal_slices_are_not() {
         table.eval_cos_batch([&[0.0]; 3], [&[]; 3], [&mut [0.0], &mut [0.0], &mut [0.0]]);
     });
     assert!(unequal.is_err());
+}
+
+/// S and V of a pair at tilts side by side, as their bits.
+struct AtTilts<'a>(&'a ThreadPair<f64>, &'a Optics<f64>, [f64; 7]);
+
+impl DoubleKernel for AtTilts<'_> {
+    type Output = [[u64; 2]; 7];
+
+    #[inline(always)]
+    fn run<L: Doubles>(self) -> Self::Output {
+        let Self(pair, optics, tilts) = self;
+        let mut bits = [[0; 2]; 7];
+        for first in (0..tilts.len()).step_by(L::LANES) {
+            let tilts = L::load(&tilts[first..]);
+            let (mut surface, mut volume) = ([0.0; 7], [0.0; 7]);
+            let response = pair
+                .splat::<L>()
+                .response(&optics.cast(), tilts.cos(), tilts.sin());
+            response.surface.store(&mut surface);
+            response.volume.store(&mut volume);
+            for k in 0..L::LANES {
+                bits[first + k] = [surface[k].to_bits(), volume[k].to_bits()];
+            }
+        }
+        bits
+    }
+}
+
+#[test]
+fn doubles_are_the_same_to_the_last_bit_with_any_instructions() {
+    for fabric in LIBRARY.iter().map(|entry| entry.load()) {
+        let Some(thread) = fabric.visible_threads().next() else {
+            continue;
+        };
+        for (k, pair) in protocol_pairs(&fabric, 500, 9).iter().enumerate() {
+            let pair = ThreadPair::new(pair.wi, pair.wr, fabric.sigma_u);
+            // All around, in uneven steps.
+            let tilts = [0, 1, 2, 3, 4, 5, 6].map(|n| (7 * k + n) as f64 * 0.618 - 3.1);
+            let [portable, widest] = [Level::Portable, Level::detect()]
+                .map(|level| level.run_doubles(AtTilts(&pair, &thread.optics, tilts)));
+            assert_eq!(portable, widest, "{}", fabric.name);
+        }
+    }
 }

@@ -426,7 +426,7 @@ fn a_comparison_shows_and_tells() {
         error_pairs: 1,
         ..Preset::Draft.settings()
     };
-    let baked = bake(&fabric, &settings, Progress::silent()).unwrap();
+    let baked = bake(&fabric, &settings, Progress::silent()).unwrap().table;
     fs::write(&table, baked.to_bytes().unwrap()).unwrap();
     let table = table.to_str().unwrap();
 

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use common::tiny;
 use glam::{DVec3, Vec2};
-use sateen::bake::{Scope, bake_for};
+use sateen::bake::{Request, Scope, bake};
 use sateen::fabric::{Fabric, Lambert};
 use sateen::model::{Rule, Sadeghi};
 use sateen::needs::Needs;
@@ -258,8 +258,15 @@ fn tables(scene: &Scene, needs: &BTreeMap<String, Needs>) -> [BTreeMap<String, A
                 needs,
                 fixed_albedo: false,
             };
-            let table = bake_for(&used.fabric, &tiny(), &scope, Progress::silent());
-            Arc::new(table.unwrap())
+            let table = bake(
+                &used.fabric,
+                Request {
+                    scope,
+                    ..tiny().into()
+                },
+                Progress::silent(),
+            );
+            Arc::new(table.unwrap().table)
         };
         for (all, needs) in all.iter_mut().zip([None, Some(&needs[&name])]) {
             all.insert(name.clone(), of(needs));

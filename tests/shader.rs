@@ -342,7 +342,9 @@ impl Case {
             direct,
             ..Preset::Draft.settings()
         };
-        let table = bake(&fabric, &settings, Progress::silent()).expect("nobody stops it");
+        let table = bake(&fabric, &settings, Progress::silent())
+            .expect("nobody stops it")
+            .table;
         let settings = volume::Settings {
             max_bytes: 256 << 10,
             ..volume::Settings::default()

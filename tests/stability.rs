@@ -5,7 +5,7 @@ mod common;
 
 use common::{fabric, hostile_directions, tiny, tiny_table};
 use proptest::prelude::*;
-use sateen::bake::{Direct, Preset, Provenance, Scope, Settings, bake, bake_as_promised};
+use sateen::bake::{Baked, Direct, Goal, Preset, Provenance, Request, Settings, bake};
 use sateen::brdf::{Optics, TangentCurve, ThreadPair, fresnel};
 use sateen::fabric::Fabric;
 use sateen::metrics::{Truth, protocol_pairs};
@@ -194,7 +194,7 @@ fn stiff_fabrics_keep_the_standard_promise_with_at_most_four_times_the_bytes() {
         max_error: 0.1 * standard.max_error,
         ..standard.clone()
     };
-    let table = bake(&fabric, &settings, Progress::silent()).unwrap();
+    let table = bake(&fabric, &settings, Progress::silent()).unwrap().table;
     let error = Provenance::of(&table).unwrap().error;
     assert!(Preset::Standard.promise().holds(&error), "{error:?}");
     assert!(table.decoded_bytes() <= 4 * standard.max_bytes);
@@ -210,22 +210,27 @@ fn what_no_settings_keep_is_said() {
         ..Preset::Fine.settings()
     };
     let fabric = stiff("tshirt-white", 0.05);
-    let (table, kept) =
-        bake_as_promised(&fabric, &settings, &Scope::default(), Progress::silent()).unwrap();
-    let provenance = Provenance::of(&table).unwrap();
+    let bake = |settings: Settings| {
+        let request = Request {
+            goal: Goal::Promise,
+            ..settings.into()
+        };
+        bake(&fabric, request, Progress::silent()).unwrap()
+    };
+    let Baked {
+        table,
+        provenance,
+        kept,
+        ..
+    } = bake(settings.clone());
+    assert_eq!(Provenance::of(&table).as_ref(), Ok(&provenance));
     assert!(!kept && !Preset::Fine.promise().holds(&provenance.error));
     assert_eq!(provenance.settings, settings);
-    let (table, kept) = bake_as_promised(
-        &fabric,
-        &Settings {
-            direct: Direct::Worthwhile,
-            ..settings
-        },
-        &Scope::default(),
-        Progress::silent(),
-    )
-    .unwrap();
-    assert!(kept, "{:?}", Provenance::of(&table).unwrap().error);
+    let baked = bake(Settings {
+        direct: Direct::Worthwhile,
+        ..settings
+    });
+    assert!(baked.kept, "{:?}", baked.provenance.error);
 }
 
 /// The same ones at every run.
@@ -352,7 +357,7 @@ proptest! {
             tolerance: 1e-2,
             ..tiny()
         };
-        let table = bake(&fabric, &settings, Progress::silent()).unwrap();
+        let table = bake(&fabric, &settings, Progress::silent()).unwrap().table;
         let file = table.to_bytes().unwrap();
         let read = sateen::table::Table::from_bytes(&file);
         prop_assert_eq!(read.as_ref(), Ok(&table));

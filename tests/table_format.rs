@@ -102,7 +102,9 @@ fn every_chart_and_encoding_comes_back_from_its_bytes() {
                 encoding,
                 ..tiny()
             };
-            let table = bake(&fabric("corduroy"), &settings, Progress::silent()).unwrap();
+            let table = bake(&fabric("corduroy"), &settings, Progress::silent())
+                .unwrap()
+                .table;
             assert_eq!(
                 Table::from_bytes(&table.to_bytes().unwrap()),
                 Ok(table),
@@ -118,7 +120,9 @@ fn direct_threads_come_back_from_their_bytes() {
         direct: sateen::bake::Direct::Always,
         ..tiny()
     };
-    let table = bake(&fabric("denim"), &settings, Progress::silent()).unwrap();
+    let table = bake(&fabric("denim"), &settings, Progress::silent())
+        .unwrap()
+        .table;
     assert_eq!(table.decoded_bytes(), 0);
     assert!(
         table
@@ -134,7 +138,7 @@ fn the_two_sided_projection_is_kept() {
     let mut fabric = fabric("velvet");
     fabric.toml.insert_str(0, "reweighting = \"both\"\n");
     let fabric = sateen::fabric::Fabric::from_toml(&fabric.toml, "velvet", None).unwrap();
-    let table = bake(&fabric, &tiny(), Progress::silent()).unwrap();
+    let table = bake(&fabric, &tiny(), Progress::silent()).unwrap().table;
     let read = Table::from_bytes(&table.to_bytes().unwrap()).unwrap();
     assert_eq!(read.reweighting(), sateen::brdf::Reweighting::Both);
     assert_eq!(read, table);

@@ -4,7 +4,7 @@
 mod common;
 
 use common::{fabric, tiny, tiny_table};
-use sateen::bake::{Scope, bake_for};
+use sateen::bake::{Request, Scope, bake};
 use sateen::metrics::{Baked, Truth, protocol_pairs};
 use sateen::model::Model;
 use sateen::needs::{Directions, Needs};
@@ -82,7 +82,16 @@ fn what_was_baked_of_a_part_of_the_pairs_is_in_its_volume() {
         needs: Some(&needs),
         fixed_albedo: true,
     };
-    let table = bake_for(&fabric, &tiny(), &scope, Progress::silent()).unwrap();
+    let table = bake(
+        &fabric,
+        Request {
+            scope,
+            ..tiny().into()
+        },
+        Progress::silent(),
+    )
+    .unwrap()
+    .table;
     let volume = volume(&table, 1 << 20);
     assert_eq!(table.misses(), 0, "making it asks for nothing");
     let lookup = Lookup::new(&table, &volume, Filter::Exact);

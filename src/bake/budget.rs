@@ -10,7 +10,7 @@
 
 use std::hint::black_box;
 
-use super::{BakeError, Direct, Preset, Provenance, Scope, Settings, bake_for};
+use super::{BakeError, Baked, Baker, Direct, Preset, Scope, Settings};
 use crate::fabric::Fabric;
 use crate::metrics::{Pairs, median, nanoseconds_per_pair, protocol_pairs};
 use crate::progress::Progress;
@@ -66,18 +66,15 @@ const ERRORS: [f64; 6] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2];
 /// Attempts to keep an error that expectations have missed.
 const ATTEMPTS: usize = 4;
 
-/// Bakes the cheapest table within `budget`, and says what it costs; if nothing found is within, the nearest miss. What
-/// `settings` do not concern size and error stays as they have it.
-///
-/// # Errors
-/// As [`bake_for`].
-pub fn bake_within(
-    fabric: &Fabric,
+/// Bakes the cheapest table within `budget`; if nothing found is within, the nearest miss. What `settings` do not concern size and error
+/// stays as they have it.
+pub(super) fn bake(
+    baker: &mut Baker<'_>,
     settings: &Settings,
     budget: &Budget,
     scope: &Scope<'_>,
     progress: Progress<'_>,
-) -> Result<(Table, Cost), BakeError> {
+) -> Result<Baked, BakeError> {
     let max_bytes = budget.max_bytes.unwrap_or(MOST_BYTES);
     let mut expected: Vec<f64> = match (budget.max_error, budget.max_ns) {
         (Some(error), _) => vec![error],
@@ -91,7 +88,7 @@ pub fn bake_within(
     } else {
         ATTEMPTS
     };
-    let mut best: Option<(Table, Cost)> = None;
+    let mut best: Option<Baked> = None;
     for attempt in 0..total {
         let Some(error) = expected.pop() else { break };
         let settings = Settings {
@@ -108,14 +105,18 @@ pub fn bake_within(
         };
         let part = |k: usize| k as f64 / total as f64;
         let progress = progress.part(part(attempt), part(attempt + 1));
-        let table = bake_for(fabric, &settings, scope, progress)?;
-        let cost = cost_of(fabric, &table, budget.max_ns.is_some());
+        let mut baked = baker.bake_as_set(&settings, scope, progress)?;
+        if budget.max_ns.is_some() {
+            baked.cost.ns = Some(nanoseconds(baker.fabric(), &baked.table));
+        }
+        let cost = baked.cost;
         let held = budget.holds(&cost);
+        baked.kept = held;
         if best
             .as_ref()
-            .is_none_or(|(_, best)| budget.excess(&cost) < budget.excess(best))
+            .is_none_or(|best| budget.excess(&cost) < budget.excess(&best.cost))
         {
-            best = Some((table, cost));
+            best = Some(baked);
         }
         if held {
             break;
@@ -128,15 +129,6 @@ pub fn bake_within(
         }
     }
     Ok(best.expect("there is an attempt"))
-}
-
-fn cost_of(fabric: &Fabric, table: &Table, timed: bool) -> Cost {
-    let provenance = Provenance::of(table).expect("just written");
-    Cost {
-        error: provenance.error.all.mean,
-        bytes: table.decoded_bytes(),
-        ns: timed.then(|| nanoseconds(fabric, table)),
-    }
 }
 
 /// Per pair in batches on this thread, median of rounds.

@@ -8,16 +8,14 @@
 //! for a single segment and wide lobes nothing beats three or four nodes. Where threads stand almost upright, grids err most
 //! and direct evaluation least.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Settings;
 use super::integrate::Integrand;
-use super::plan::{Aim, Plan, plan_axes};
+use super::plan::{Aim, Plan};
+use super::survey::{Survey, Values};
 use crate::brdf::{PlacedNodes, Reweighting, ThreadPair};
 use crate::chart::Chart;
-use crate::fabric::{Fabric, Thread};
-use crate::metrics::protocol_pairs;
 use crate::model::gauss_legendre;
 use crate::progress::{Cancelled, Progress};
 use crate::table::{Axis, CHANNELS, Encoding};
@@ -31,8 +29,6 @@ const MAX_NODES: usize = 16;
 /// Direct evaluation that rescues a thread from a bad grid shall be better than asked for by this factor: it costs little
 /// more, and tails gain.
 const RESCUE: f64 = 3.0;
-const PAIRS: usize = 512;
-const SEED: u64 = 1;
 
 /// When segments are evaluated directly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -102,9 +98,8 @@ pub(super) struct Planned {
 }
 
 /// Chooses for a thread with segments.
-pub(super) fn choose(
-    fabric: &Fabric,
-    thread: &Thread,
+fn choose(
+    survey: &mut Survey<'_>,
     settings: &Settings,
     max_coefficients: usize,
     progress: Progress<'_>,
@@ -112,8 +107,7 @@ pub(super) fn choose(
     let grid = match settings.direct {
         Direct::Always => None,
         _ => Some(plan_grid(
-            fabric,
-            thread,
+            survey,
             settings,
             max_coefficients,
             progress.part(0.0, 0.9),
@@ -126,8 +120,8 @@ pub(super) fn choose(
         (Direct::Worthwhile, Some(grid_error)) => grid_error,
         _ => settings.max_error,
     };
-    let (nodes, tilts, direct_error) =
-        direct_nodes(fabric, thread, wanted, progress.part(0.9, 1.0))?;
+    let (nodes, tilts, direct_error) = direct_nodes(survey, wanted, progress.part(0.9, 1.0))?;
+    let thread = survey.thread;
     let segments = thread.tangents::<f64>().segments().len();
     let direct_cost = (segments * (tilts + SEGMENT_COST)) as f64 / GRID_COST as f64;
     let costs_no_more = direct_cost <= 1.0 && direct_error <= wanted;
@@ -160,13 +154,13 @@ const PROJECTION_PART: usize = 8;
 const PROJECTION_ERROR: f64 = 0.25;
 
 /// The grids of a thread whose direction changes along its curve.
-pub(super) fn plan_curve(
-    fabric: &Fabric,
-    thread: &Thread,
+fn plan_curve(
+    survey: &mut Survey<'_>,
     settings: &Settings,
     max_coefficients: usize,
     progress: Progress<'_>,
 ) -> Result<Representation, Cancelled> {
+    let Survey { fabric, thread, .. } = *survey;
     let strands = thread.strands(thread.direction());
     let coefficient_bytes = |encoding: Encoding| CHANNELS * encoding.bytes();
     let max_bytes = max_coefficients * coefficient_bytes(settings.encoding);
@@ -188,7 +182,7 @@ pub(super) fn plan_curve(
     let integrand =
         |chart| Integrand::of_projection(fabric, thread, &strands, chart, settings.tolerance);
     let planning = progress.part(0.0, 0.3);
-    let projection = best_chart(fabric, thread, settings, integrand, of_projection, planning)?;
+    let projection = best_chart(survey, settings, integrand, of_projection, planning)?;
 
     let taken: usize = projection.plan.axes.iter().map(Axis::len).product();
     let left = max_bytes.saturating_sub(taken * coefficient_bytes(projection.encoding));
@@ -196,7 +190,7 @@ pub(super) fn plan_curve(
     let integrand =
         |chart| Integrand::of_curve(fabric, thread, &strands, chart, settings.tolerance);
     let planning = progress.part(0.3, 1.0);
-    let response = best_chart(fabric, thread, settings, integrand, of_response, planning)?;
+    let response = best_chart(survey, settings, integrand, of_response, planning)?;
     Ok(Representation::Curve {
         response: Box::new(response),
         projection: Box::new(projection),
@@ -205,24 +199,23 @@ pub(super) fn plan_curve(
 
 /// The grid in the chart that promises the least error.
 fn plan_grid(
-    fabric: &Fabric,
-    thread: &Thread,
+    survey: &mut Survey<'_>,
     settings: &Settings,
     max_coefficients: usize,
     progress: Progress<'_>,
 ) -> Result<Planned, Cancelled> {
+    let Survey { fabric, thread, .. } = *survey;
     let integrand = |chart| Integrand::of_segments(fabric, thread, chart, settings.tolerance);
     let aim = Aim {
         encoding: settings.encoding,
         max_coefficients,
         target_error: settings.target_error,
     };
-    best_chart(fabric, thread, settings, integrand, aim, progress)
+    best_chart(survey, settings, integrand, aim, progress)
 }
 
 fn best_chart(
-    fabric: &Fabric,
-    thread: &Thread,
+    survey: &mut Survey<'_>,
     settings: &Settings,
     integrand: impl Fn(Chart) -> Integrand,
     aim: Aim,
@@ -239,7 +232,8 @@ fn best_chart(
     let mut grids = Vec::new();
     for (index, integrand) in integrands.into_iter().enumerate() {
         let progress = progress.part(index as f64 / count, (index + 1) as f64 / count);
-        let plan = plan_axes(fabric, thread, &integrand, aim, progress)?;
+        let ladders = survey.ladders(&integrand, aim.encoding, progress)?;
+        let plan = ladders.plan(aim.max_coefficients, aim.target_error);
         grids.push(Planned {
             integrand,
             plan,
@@ -255,26 +249,14 @@ fn best_chart(
 /// The least nodes per segment whose mean relative error is at most `wanted`, or the most; how many tilts that takes; and that
 /// error: of S + A V of the segments, relative to itself plus a hundredth of its mean, A being the largest channel of the albedo.
 fn direct_nodes(
-    fabric: &Fabric,
-    thread: &Thread,
+    survey: &mut Survey<'_>,
     wanted: f64,
     progress: Progress<'_>,
 ) -> Result<(Vec<[f64; 2]>, usize, f64), Cancelled> {
-    let steps = progress.steps(PAIRS);
+    let thread = survey.thread;
+    let Values { pairs, floor } = survey.values(progress)?;
+    let steps = progress.part(1.0, 1.0).steps(1);
     let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
-    let frame = thread.frame::<f64>();
-    let integrand = Integrand::of_segments(fabric, thread, Chart::Thesis, 1e-6);
-    let truth: Vec<(ThreadPair<f64>, f64)> = protocol_pairs(fabric, PAIRS, SEED)
-        .par_iter()
-        .map(|pair| {
-            let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
-            let response = integrand.at_pair(wi, wr);
-            let value = response.surface + brightest * response.volume;
-            steps.advance()?;
-            Ok((ThreadPair::new(wi, wr, fabric.sigma_u), value))
-        })
-        .collect::<Result<_, _>>()?;
-    let floor = 0.01 * truth.iter().map(|(_, value)| value).sum::<f64>() / truth.len() as f64;
     let curve = thread.tangents::<f64>();
     let mut count = 1;
     loop {
@@ -290,11 +272,60 @@ fn direct_nodes(
                 0.0
             })
         };
-        let sum: f64 = truth.iter().map(error_of).sum::<Result<_, Cancelled>>()?;
-        let error = sum / truth.len() as f64;
+        let sum: f64 = pairs.iter().map(error_of).sum::<Result<_, Cancelled>>()?;
+        let error = sum / pairs.len() as f64;
         if error <= wanted || count == MAX_NODES {
             return Ok((rule, nodes.tilts(), error));
         }
         count += 1;
     }
+}
+
+/// How to evaluate every thread (none for one of single tilts), and why. The bytes allowed are shared equally by those
+/// that get a grid.
+pub(super) fn choose_all(
+    threads: &mut [Survey<'_>],
+    settings: &Settings,
+    progress: Progress<'_>,
+) -> Result<(Vec<Option<Representation>>, Vec<Choice>), Cancelled> {
+    let max_coefficients = settings.max_bytes / (CHANNELS * settings.encoding.bytes());
+    let mut open: Vec<usize> = (0..threads.len())
+        .filter(|index| !threads[*index].thread.has_closed_form())
+        .collect();
+    let mut chosen: Vec<Option<(Representation, Option<Choice>)>> =
+        threads.iter().map(|_| None).collect();
+    // Those without a grid leave their share to the others, which then plan again. That may go on, but seldom does.
+    for round in 0..2 {
+        let from = 0.5 * f64::from(round);
+        let part = |k: usize| from + 0.5 * k as f64 / open.len() as f64;
+        for (k, index) in open.iter().enumerate() {
+            let share = max_coefficients / open.len();
+            let progress = progress.part(part(k), part(k + 1));
+            let survey = &mut threads[*index];
+            chosen[*index] = Some(if survey.thread.is_straight() {
+                let (chosen, choice) = choose(survey, settings, share, progress)?;
+                (chosen, Some(choice))
+            } else {
+                (plan_curve(survey, settings, share, progress)?, None)
+            });
+        }
+        let with_grid = |index: &usize| {
+            let chosen = chosen[*index].as_ref();
+            chosen.is_some_and(|(chosen, _)| chosen.grids() > 0)
+        };
+        let grids: Vec<usize> = open.iter().copied().filter(with_grid).collect();
+        if grids.len() == open.len() {
+            break;
+        }
+        open = grids;
+    }
+    let choices = chosen
+        .iter()
+        .flatten()
+        .filter_map(|(_, choice)| choice.clone())
+        .collect();
+    let plans = chosen
+        .into_iter()
+        .map(|chosen| chosen.map(|(representation, _)| representation));
+    Ok((plans.collect(), choices))
 }

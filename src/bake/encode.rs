@@ -75,9 +75,10 @@ pub(super) fn fill_grid(
     // Along the other axes, all functions on the faster ones are solved for at once.
     let mut functions = channels * n0;
     for axis in &axes[1..] {
+        let solver = axis.solver();
         values
             .par_chunks_exact_mut(functions * axis.len())
-            .for_each(|values| axis.solve(values, functions));
+            .for_each(|values| solver.solve(values, functions));
         functions *= axis.len();
     }
     mirror_faces(&mut values, channels, [n0, n1, n2], coordinates);
@@ -120,6 +121,7 @@ impl<F: Fn([f64; 4]) -> [f64; CHANNELS] + Sync> Filler<F> {
     ) -> Result<Vec<f64>, Cancelled> {
         let [n0, n1, n2, n3] = axes.each_ref().map(Axis::len);
         let sites = axes.each_ref().map(Axis::sites);
+        let solver = axes[0].solver();
         let mut values = vec![0.0; self.channels * n0 * runs.len()];
         let steps = progress.steps(runs.len());
         let rows = values.par_chunks_exact_mut(self.channels * n0).enumerate();
@@ -135,7 +137,7 @@ impl<F: Fn([f64; 4]) -> [f64; CHANNELS] + Sync> Filler<F> {
                     .copy_from_slice(&quantities[..self.channels]);
             }
             if run.count > 0 {
-                axes[0].solve(values, self.channels);
+                solver.solve(values, self.channels);
             }
             steps.advance()
         };

@@ -2,9 +2,10 @@
 
 use std::time::Instant;
 
-use super::choose::Representation;
+use super::choose::{Representation, choose_all};
 use super::scope::Extent;
-use super::{BakeError, Scope, Settings, choose_all};
+use super::survey::Survey;
+use super::{BakeError, Scope, Settings};
 use crate::chart::Coordinates;
 use crate::fabric::{Fabric, Thread};
 use crate::progress::Progress;
@@ -71,26 +72,29 @@ pub fn forecast(
     if scope.needs.is_some_and(crate::needs::Needs::is_empty) {
         return Err(BakeError::NotNeeded(fabric.name.clone()));
     }
-    let visible: Vec<&Thread> = fabric.visible_threads().collect();
-    let (plans, _) = choose_all(fabric, &visible, settings, progress)?;
-    let threads = visible.into_iter().zip(plans).map(|(thread, plan)| {
-        let planned = match plan {
-            Some(Representation::Grid(planned)) => Some(planned),
-            Some(Representation::Curve { response, .. }) => Some(response),
-            Some(Representation::Direct(_)) | None => None,
-        };
-        ThreadForecast {
-            thread: thread.name.clone(),
-            grid: planned.map(|planned| {
-                let coordinates = planned.integrand.coordinates();
-                let axes = planned.plan.axes;
-                let seconds = seconds_per_site(&|u| {
-                    planned.integrand.at_point(u);
-                });
-                of_grid(thread, scope, coordinates, axes, planned.encoding, seconds)
-            }),
-        }
-    });
+    let mut surveys = Survey::of(fabric);
+    let (plans, _) = choose_all(&mut surveys, settings, progress)?;
+    let threads = surveys
+        .iter()
+        .zip(plans)
+        .map(|(Survey { thread, .. }, plan)| {
+            let planned = match plan {
+                Some(Representation::Grid(planned)) => Some(planned),
+                Some(Representation::Curve { response, .. }) => Some(response),
+                Some(Representation::Direct(_)) | None => None,
+            };
+            ThreadForecast {
+                thread: thread.name.clone(),
+                grid: planned.map(|planned| {
+                    let coordinates = planned.integrand.coordinates();
+                    let axes = planned.plan.axes;
+                    let seconds = seconds_per_site(&|u| {
+                        planned.integrand.at_point(u);
+                    });
+                    of_grid(thread, scope, coordinates, axes, planned.encoding, seconds)
+                }),
+            }
+        });
     Ok(Forecast {
         threads: threads.collect(),
     })

@@ -106,6 +106,12 @@ impl Integrand {
         rough
     }
 
+    /// Whether, of a thread, both are the same function but for their tolerances.
+    pub(super) fn is_of(&self, other: &Self) -> bool {
+        let kind = |integrand: &Self| std::mem::discriminant(&integrand.function);
+        kind(self) == kind(other) && self.coordinates == other.coordinates
+    }
+
     pub(super) fn coordinates(&self) -> Coordinates {
         self.coordinates
     }

@@ -47,66 +47,76 @@ pub(super) struct Aim {
     pub(super) target_error: f64,
 }
 
-/// The four axes of a thread's grid.
-pub(super) fn plan_axes(
-    fabric: &Fabric,
-    thread: &Thread,
-    integrand: &Integrand,
-    Aim {
-        encoding,
-        max_coefficients,
-        target_error,
-    }: Aim,
-    progress: Progress<'_>,
-) -> Result<Plan, Cancelled> {
-    let integrand = &integrand.at_first_sight();
-    let coordinates = integrand.coordinates();
-    let rank = coordinates.rank();
-    let frame = thread.frame::<f64>();
-    let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
-    let pairs = protocol_pairs(fabric, rank * LINES, SEED);
-    let steps = progress.steps(rank * LINES);
-    let places: Vec<([f64; 4], f64)> = pairs
-        .par_iter()
-        .map(|pair| {
-            steps.check()?;
-            let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
-            let response = integrand.at_pair(wi, wr);
-            Ok((
-                coordinates.of(wi, wr),
-                response.surface + brightest * response.volume,
-            ))
-        })
-        .collect::<Result<_, _>>()?;
-    let mean = places.iter().map(|(_, value)| value).sum::<f64>() / places.len() as f64;
-    let size = Size {
-        albedo: brightest,
-        floor: 0.01 * mean,
-    };
+/// The axes of a thread's function at every number of knots: what of a plan depends on neither size nor error.
+pub(super) struct Ladders(Vec<Ladder>);
 
-    let mut ladders = Vec::with_capacity(rank);
-    for k in 0..rank {
-        let scale = Scale::new(k, thread, coordinates);
-        let sample = |u: &[f64; 4]| {
-            let sample = Line::sample(integrand, &scale, k, *u, encoding, &size, &steps)?;
-            steps.advance().map(|()| sample)
-        };
-        let places = &places[k * LINES..(k + 1) * LINES];
-        let lines: Vec<Line> = places
+impl Ladders {
+    /// Of an `integrand` of the thread, stored with `encoding`.
+    pub(super) fn climb(
+        fabric: &Fabric,
+        thread: &Thread,
+        integrand: &Integrand,
+        encoding: Encoding,
+        progress: Progress<'_>,
+    ) -> Result<Self, Cancelled> {
+        let integrand = &integrand.at_first_sight();
+        let coordinates = integrand.coordinates();
+        let rank = coordinates.rank();
+        let frame = thread.frame::<f64>();
+        let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
+        let pairs = protocol_pairs(fabric, rank * LINES, SEED);
+        let steps = progress.steps(rank * LINES);
+        let places: Vec<([f64; 4], f64)> = pairs
             .par_iter()
-            .map(|(u, _)| sample(u))
+            .map(|pair| {
+                steps.check()?;
+                let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
+                let response = integrand.at_pair(wi, wr);
+                Ok((
+                    coordinates.of(wi, wr),
+                    response.surface + brightest * response.volume,
+                ))
+            })
             .collect::<Result<_, _>>()?;
-        ladders.push(Ladder::climb(scale, &lines, &steps)?);
+        let mean = places.iter().map(|(_, value)| value).sum::<f64>() / places.len() as f64;
+        let size = Size {
+            albedo: brightest,
+            floor: 0.01 * mean,
+        };
+
+        let mut ladders = Vec::with_capacity(rank);
+        for k in 0..rank {
+            let scale = Scale::new(k, thread, coordinates);
+            let sample = |u: &[f64; 4]| {
+                let sample = Line::sample(integrand, &scale, k, *u, encoding, &size, &steps)?;
+                steps.advance().map(|()| sample)
+            };
+            let places = &places[k * LINES..(k + 1) * LINES];
+            let lines: Vec<Line> = places
+                .par_iter()
+                .map(|(u, _)| sample(u))
+                .collect::<Result<_, _>>()?;
+            ladders.push(Ladder::climb(scale, &lines, &steps)?);
+        }
+        Ok(Self(ladders))
     }
-    let inserted = share_out(&ladders, max_coefficients, target_error);
-    let axis = |k: usize| match ladders.get(k) {
-        Some(ladder) => ladder.axis(inserted[k]),
-        None => Axis::flat(),
-    };
-    Ok(Plan {
-        axes: [0, 1, 2, 3].map(axis),
-        error: (0..rank).map(|k| ladders[k].errors[inserted[k]]).sum(),
-    })
+
+    /// The axes of a grid of at most that many coefficients.
+    pub(super) fn plan(&self, max_coefficients: usize, target_error: f64) -> Plan {
+        let Self(ladders) = self;
+        let inserted = share_out(ladders, max_coefficients, target_error);
+        let axis = |k: usize| match ladders.get(k) {
+            Some(ladder) => ladder.axis(inserted[k]),
+            None => Axis::flat(),
+        };
+        let errors = ladders.iter().zip(&inserted);
+        Plan {
+            axes: [0, 1, 2, 3].map(axis),
+            error: errors
+                .map(|(ladder, inserted)| ladder.errors[*inserted])
+                .sum(),
+        }
+    }
 }
 
 /// How many knots beyond the first each axis gets.
@@ -335,10 +345,11 @@ fn cell_errors(scale: &Scale, knots: &[usize], lines: &[Line]) -> Vec<f64> {
             (first as usize, axis.weights(first, u).map(f64::from))
         })
         .collect();
+    let solver = axis.solver();
     let errors_of = |line: &Line| -> Vec<f64> {
         let mut coefficients: Vec<f64> =
             sites.iter().flat_map(|site| line.quantity[*site]).collect();
-        axis.solve(&mut coefficients, 2);
+        solver.solve(&mut coefficients, 2);
         let error_at = |place: usize| {
             let (first, weights) = stencils[place];
             let error = |channel: usize| {

@@ -7,11 +7,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BakeError, Direct, Preset, Provenance, Scope, Settings, bake_for};
+use super::{BakeError, Baked, Baker, Direct, Preset, Scope, Settings};
 use crate::fabric::{Fabric, Thread};
 use crate::metrics::ErrorReport;
 use crate::progress::Progress;
-use crate::table::Table;
 
 /// The most error of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,36 +78,34 @@ impl Adapted {
 }
 
 /// Bakes a table that keeps the promise of the settings' preset, by other means if need be; if nothing does, the nearest miss.
-/// Says whether it is kept.
-///
-/// # Errors
-/// As [`bake_for`].
-pub fn bake_as_promised(
-    fabric: &Fabric,
+pub(super) fn bake(
+    baker: &mut Baker<'_>,
     settings: &Settings,
     scope: &Scope<'_>,
     progress: Progress<'_>,
-) -> Result<(Table, bool), BakeError> {
+) -> Result<Baked, BakeError> {
     let promise = settings.preset.promise();
+    let fabric = baker.fabric();
     let adapted = Adapted::ATTEMPTS
         .into_iter()
         .filter_map(|adapted| Some((Some(adapted), adapted.apply(fabric, settings)?)));
-    let mut best: Option<(Table, f64)> = None;
+    let mut best: Option<(Baked, f64)> = None;
     for (adapted, tried) in std::iter::once((None, settings.clone())).chain(adapted) {
         // Few fabrics need another attempt: a bar that begins again is more honest than one that is never full.
-        let mut table = bake_for(fabric, &tried, scope, progress)?;
-        let mut provenance = Provenance::of(&table).expect("just written");
-        let excess = promise.excess(&provenance.error);
+        let mut baked = baker.bake_as_set(&tried, scope, progress)?;
+        let excess = promise.excess(&baked.provenance.error);
+        baked.kept = excess <= 1.0;
+        baked.provenance.settings = settings.clone();
+        baked.provenance.adapted = adapted;
+        let is_kept = baked.kept;
         if best.as_ref().is_none_or(|(_, least)| excess < *least) {
-            provenance.settings = settings.clone();
-            provenance.adapted = adapted;
-            table.metadata = provenance.to_text();
-            best = Some((table, excess));
+            best = Some((baked, excess));
         }
-        if excess <= 1.0 {
+        if is_kept {
             break;
         }
     }
-    let (table, excess) = best.expect("there is an attempt");
-    Ok((table, excess <= 1.0))
+    let (mut baked, _) = best.expect("there is an attempt");
+    baked.record();
+    Ok(baked)
 }

@@ -22,7 +22,7 @@
 //! deviation of a Gaussian of unit area; \[SBDJ13\] leaves both open.
 
 use super::psi::{Ordered, Psi};
-use crate::math::{Lanes, Real, Vec3, norm2};
+use crate::math::{Lanes, Real, Vec3, each, norm2, splat};
 
 /// Optical constants of the cylinders of a thread.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -289,6 +289,23 @@ impl<R: Lanes> ThreadPair<R> {
             surface_lobe,
             volume_lobe,
             slope: half * (m_i + m_r),
+        }
+    }
+}
+
+impl<R: Real> ThreadPair<R> {
+    /// The same pair in every lane.
+    #[inline(always)]
+    pub fn splat<L: Lanes>(&self) -> ThreadPair<L> {
+        ThreadPair {
+            wi: each(self.wi, splat),
+            wr: each(self.wr, splat),
+            psi_i: self.psi_i.splat(),
+            psi_r: self.psi_r.splat(),
+            r_i: splat(self.r_i),
+            r_r: splat(self.r_r),
+            sigma_u: splat(self.sigma_u),
+            u_psi: splat(self.u_psi),
         }
     }
 }

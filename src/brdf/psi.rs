@@ -61,6 +61,17 @@ impl<L: Lanes> Psi<L> {
     }
 }
 
+impl<R: Real> Psi<R> {
+    /// The same angle in every lane.
+    #[inline(always)]
+    pub(super) fn splat<L: Lanes>(self) -> Psi<L> {
+        Psi {
+            sin: splat(self.sin),
+            cos: splat(self.cos),
+        }
+    }
+}
+
 /// tan((b−a)/2), for angles less than 180° apart.
 #[inline(always)]
 pub(super) fn half_tangent<L: Lanes>(a: Psi<L>, b: Psi<L>) -> L {

@@ -1,5 +1,7 @@
 //! Error of an approximation over protocol pairs.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -90,10 +92,8 @@ impl Truth {
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
         let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
-        let steps = progress.steps(count);
-        let wanted = |pair| steps.check().map(|()| pair);
-        let pairs = endless_pairs(fabric, seed).take(count).map(wanted);
-        Self::of_model(&reference, pairs.collect::<Result<_, _>>()?, progress)
+        let pairs = drawn_pairs(fabric, count, seed, progress)?;
+        Self::of_model(&reference, pairs, progress)
     }
 
     /// As [`Truth::new`], for what approximates a table: where that has not all pairs, up to `count` of those protocol pairs that it has.
@@ -125,6 +125,10 @@ impl Truth {
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
         let values = eval_pairs(model, &pairs, progress)?;
+        Ok(Self::of_values(pairs, values))
+    }
+
+    fn of_values(pairs: Vec<Pair>, values: Vec<[f64; 3]>) -> Self {
         let mut floor = [0.0; 3];
         let mut renders = 0.0;
         for (pair, truth) in pairs.iter().zip(&values) {
@@ -135,11 +139,11 @@ impl Truth {
                 }
             }
         }
-        Ok(Self {
+        Self {
             floor: floor.map(|floor| floor / f64::max(renders, 1.0)),
             pairs,
             values,
-        })
+        }
     }
 
     /// The pairs, in the order of all values.
@@ -231,6 +235,133 @@ impl Truth {
     }
 }
 
+/// Direct integration of a fabric for any number of evaluators, done once: on the pairs of every seed, and for directional
+/// reflectances.
+#[derive(Debug)]
+pub struct Reference<'a> {
+    fabric: &'a Fabric,
+    model: Sadeghi<f64>,
+    /// By count and seed.
+    truths: Vec<((usize, u64), Truth)>,
+    /// ρ at pairs that tables without all pairs were measured at, by the bits of both directions.
+    partial: HashMap<[u64; 6], [f64; 3]>,
+    /// ρ by light, at each of the view angles.
+    views: Option<[Vec<[f64; 3]>; VIEW_ANGLES_DEG.len()]>,
+}
+
+impl<'a> Reference<'a> {
+    /// Nothing is integrated yet.
+    pub fn new(fabric: &'a Fabric) -> Self {
+        Self {
+            fabric,
+            model: Sadeghi::new(fabric, Rule::REFERENCE),
+            truths: Vec::new(),
+            partial: HashMap::new(),
+            views: None,
+        }
+    }
+
+    /// As [`Truth::new`].
+    ///
+    /// # Errors
+    /// When `progress` says stop.
+    pub fn truth(
+        &mut self,
+        count: usize,
+        seed: u64,
+        progress: Progress<'_>,
+    ) -> Result<&Truth, Cancelled> {
+        let key = (count, seed);
+        let index = match self.truths.iter().position(|(known, _)| *known == key) {
+            Some(index) => index,
+            None => {
+                let pairs = drawn_pairs(self.fabric, count, seed, progress)?;
+                let truth = Truth::of_model(&self.model, pairs, progress)?;
+                self.truths.push((key, truth));
+                self.truths.len() - 1
+            }
+        };
+        Ok(&self.truths[index].1)
+    }
+
+    /// Measures `approximation` on `count` protocol pairs.
+    ///
+    /// # Errors
+    /// When `progress` says stop.
+    pub fn measure(
+        &mut self,
+        approximation: &dyn Model<f64>,
+        count: usize,
+        seed: u64,
+        progress: Progress<'_>,
+    ) -> Result<ErrorReport, Cancelled> {
+        let truth = self.truth(count, seed, progress.part(0.0, 0.9))?;
+        let errors = truth.measure(approximation, progress.part(0.9, 0.95))?;
+        let bias = self.bias(approximation, progress.part(0.95, 1.0))?;
+        Ok(errors.report(seed, bias))
+    }
+
+    /// Measures a table: as [`Reference::measure`], if it has all pairs; else on up to `count` of those protocol pairs that it has, without
+    /// directional reflectances, for which it would take all lights.
+    ///
+    /// # Errors
+    /// When `progress` says stop.
+    pub fn measure_table(
+        &mut self,
+        table: &Table,
+        count: usize,
+        seed: u64,
+        progress: Progress<'_>,
+    ) -> Result<ErrorReport, Cancelled> {
+        if table.has_all_pairs() {
+            return self.measure(&Baked(table), count, seed, progress);
+        }
+        let truth = self.partial_truth(table, count, seed, progress.part(0.0, 0.9))?;
+        let errors = truth.measure(&Baked(table), progress.part(0.9, 1.0))?;
+        Ok(errors.report(seed, Vec::new()))
+    }
+
+    fn partial_truth(
+        &mut self,
+        table: &Table,
+        count: usize,
+        seed: u64,
+        progress: Progress<'_>,
+    ) -> Result<Truth, Cancelled> {
+        let key = |pair: &Pair| {
+            let ([a, b, c], [d, e, f]) = (pair.wi, pair.wr);
+            [a, b, c, d, e, f].map(f64::to_bits)
+        };
+        let pairs = baked_pairs(self.fabric, table, count, seed);
+        let is_new = |pair: &&Pair| !self.partial.contains_key(&key(pair));
+        let new: Vec<Pair> = pairs.iter().filter(is_new).copied().collect();
+        let values = eval_pairs(&self.model, &new, progress)?;
+        self.partial.extend(new.iter().map(key).zip(values));
+        let values = pairs.iter().map(|pair| self.partial[&key(pair)]).collect();
+        Ok(Truth::of_values(pairs, values))
+    }
+
+    fn bias(
+        &mut self,
+        approximation: &dyn Model<f64>,
+        progress: Progress<'_>,
+    ) -> Result<Vec<Bias>, Cancelled> {
+        let (lights, solid_angle) = lights_and_solid_angle(STRATA);
+        let steps = progress.steps(2 * VIEW_ANGLES_DEG.len() * lights.len());
+        let views = match self.views.take() {
+            Some(views) => views,
+            None => views_of(&self.model, &lights, &steps)?,
+        };
+        let views = self.views.insert(views);
+        let values = views_of(approximation, &lights, &steps)?;
+        let of_views = VIEW_ANGLES_DEG.iter().zip(views).zip(values);
+        let bias = |((view_deg, truth), value): ((&f64, &mut Vec<_>), Vec<_>)| {
+            bias(*view_deg, truth, &value, solid_angle)
+        };
+        Ok(of_views.map(bias).collect())
+    }
+}
+
 /// Measures `approximation` against direct integration of `fabric` on `count` protocol pairs.
 ///
 /// # Errors
@@ -242,21 +373,10 @@ pub fn measure(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<ErrorReport, Cancelled> {
-    let truth = Truth::new(fabric, count, seed, progress.part(0.0, 0.9))?;
-    let errors = truth.measure(approximation, progress.part(0.9, 0.95))?;
-    let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
-    let steps = progress
-        .part(0.95, 1.0)
-        .steps(VIEW_ANGLES_DEG.len() * STRATA.0 * STRATA.1);
-    let bias = VIEW_ANGLES_DEG
-        .iter()
-        .map(|angle| bias(&reference, approximation, *angle, &steps))
-        .collect::<Result<_, _>>()?;
-    Ok(errors.report(seed, bias))
+    Reference::new(fabric).measure(approximation, count, seed, progress)
 }
 
-/// Measures a table against direct integration of its `fabric`: as [`measure`], if it has all pairs; else on up to `count` of those protocol
-/// pairs that it has, without directional reflectances, for which it would take all lights.
+/// Measures a table against direct integration of its `fabric`, as [`Reference::measure_table`].
 ///
 /// # Errors
 /// When `progress` says stop.
@@ -267,16 +387,24 @@ pub fn measure_table(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<ErrorReport, Cancelled> {
-    if table.has_all_pairs() {
-        return measure(fabric, &Baked(table), count, seed, progress);
-    }
-    let truth = Truth::of_table(fabric, table, count, seed, progress.part(0.0, 0.9))?;
-    let errors = truth.measure(&Baked(table), progress.part(0.9, 1.0))?;
-    Ok(errors.report(seed, Vec::new()))
+    Reference::new(fabric).measure_table(table, count, seed, progress)
 }
 
 /// How many pairs are drawn for each that is wanted, at most.
 const DRAWS: usize = 64;
+
+/// Protocol pairs; there may be many.
+fn drawn_pairs(
+    fabric: &Fabric,
+    count: usize,
+    seed: u64,
+    progress: Progress<'_>,
+) -> Result<Vec<Pair>, Cancelled> {
+    let steps = progress.steps(count);
+    let wanted = |pair| steps.check().map(|()| pair);
+    let pairs = endless_pairs(fabric, seed).take(count);
+    pairs.map(wanted).collect()
+}
 
 /// Protocol pairs that the table has; of one for light from the viewer's direction such pairs.
 fn baked_pairs(fabric: &Fabric, table: &Table, count: usize, seed: u64) -> Vec<Pair> {
@@ -369,35 +497,35 @@ pub(super) fn lights_and_solid_angle((rows, columns): (usize, usize)) -> (Vec<[f
     ((0..rows * columns).map(light).collect(), solid_angle)
 }
 
-fn bias(
-    reference: &Sadeghi<f64>,
-    approximation: &dyn Model<f64>,
-    view_deg: f64,
+/// ρ by light, at each of the view angles.
+fn views_of(
+    model: &dyn Model<f64>,
+    lights: &[[f64; 3]],
     steps: &Steps<'_>,
-) -> Result<Bias, Cancelled> {
-    let wr = viewer(view_deg);
-    let (lights, solid_angle) = lights_and_solid_angle(STRATA);
-    let lights: Vec<([f64; 3], [f64; 3])> = lights
-        .into_par_iter()
-        .map(|wi| {
+) -> Result<[Vec<[f64; 3]>; VIEW_ANGLES_DEG.len()], Cancelled> {
+    let mut views = [const { Vec::new() }; VIEW_ANGLES_DEG.len()];
+    for (view, angle) in views.iter_mut().zip(VIEW_ANGLES_DEG) {
+        let wr = viewer(angle);
+        let value = |wi: &[f64; 3]| {
             steps.advance()?;
-            Ok((reference.eval_cos(wi, wr), approximation.eval_cos(wi, wr)))
-        })
-        .collect::<Result<_, _>>()?;
+            Ok(model.eval_cos(*wi, wr))
+        };
+        *view = lights.par_iter().map(value).collect::<Result<_, _>>()?;
+    }
+    Ok(views)
+}
+
+/// At a view angle, from ρ by light.
+fn bias(view_deg: f64, truth: &[[f64; 3]], value: &[[f64; 3]], solid_angle: f64) -> Bias {
     let mut result = Bias {
         view_deg,
         reflectance: 0.0,
         bias: 0.0,
     };
     for channel in 0..3 {
-        let truth: f64 = lights
-            .iter()
-            .map(|(truth, _)| truth[channel] * solid_angle)
-            .sum();
-        let value: f64 = lights
-            .iter()
-            .map(|(_, value)| value[channel] * solid_angle)
-            .sum();
+        let reflectance =
+            |rho: &[[f64; 3]]| -> f64 { rho.iter().map(|rho| rho[channel] * solid_angle).sum() };
+        let (truth, value) = (reflectance(truth), reflectance(value));
         result.reflectance = result.reflectance.max(truth);
         let bias = if value == truth {
             0.0
@@ -408,5 +536,5 @@ fn bias(
             result.bias = bias;
         }
     }
-    Ok(result)
+    result
 }

@@ -18,7 +18,9 @@ mod physics;
 mod time;
 
 pub use energy::{Reflectance, ViewReflectance, conserving};
-pub use error::{Bias, ErrorReport, PairErrors, Quantiles, Truth, measure, measure_table};
+pub use error::{
+    Bias, ErrorReport, PairErrors, Quantiles, Reference, Truth, measure, measure_table,
+};
 pub use pairs::{Pair, PairKind, Pairs, protocol_pairs};
 pub use pairs_file::{MAX_CSV_BYTES, MAX_CSV_LINE_BYTES, PairsFile, PairsFileError};
 pub use physics::Physics;

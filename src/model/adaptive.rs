@@ -8,9 +8,12 @@ use std::sync::LazyLock;
 
 use gauss_quad::GaussLegendre;
 
-use crate::brdf::Response;
+use crate::brdf::{Optics, Response};
+use crate::math::simd::{DoubleKernel, Doubles, Level};
 
 const ORDER: usize = 7;
+/// Of all places that are evaluated side by side.
+pub(super) const ROOM: usize = ORDER;
 /// Rounds of bisection: 2⁻⁴⁰ of 180° is below the spacing of f64 tilts near 90°.
 const MAX_ROUNDS: u32 = 40;
 /// More panels are not bisected further: where that many disagree, it is about rounding.
@@ -19,7 +22,29 @@ const MAX_PANELS: usize = 1 << 14;
 /// Errors below this do not count: no evaluator in single precision can tell.
 const DARK: f64 = 1e-45;
 
-static NODES: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| gauss_legendre(ORDER));
+/// Nodes, and their weights.
+static NODES: LazyLock<[[f64; ORDER]; 2]> = LazyLock::new(|| {
+    let rule = gauss_legendre(ORDER);
+    [0, 1].map(|part| std::array::from_fn(|k| rule[k][part]))
+});
+
+/// Widths of a lobe from the highlight to the next cuts. Between the first two it falls to nothing; in one panel with what is
+/// beyond them, no node might see that.
+const REACHES: [f64; 2] = [3.0, 9.0];
+
+/// How far from a highlight panels end on either side, where θ_h grows by `slope` per unit.
+pub(super) fn reaches(optics: &Optics<f64>, slope: f64) -> impl Iterator<Item = f64> {
+    let of_lobe = move |gamma: f64| REACHES.map(|reach| reach * gamma / slope);
+    [optics.gamma_s, optics.gamma_v]
+        .into_iter()
+        .flat_map(of_lobe)
+}
+
+/// Two functions of one variable.
+pub(super) trait Integrand {
+    /// Their values at places side by side; inlined for certain.
+    fn at<L: Doubles>(&self, places: L) -> Response<L>;
+}
 
 /// The Gauss–Legendre rule of `count` nodes (one if 0), each with its weight, on \[−1, 1\].
 pub fn gauss_legendre(count: usize) -> Vec<[f64; 2]> {
@@ -66,7 +91,7 @@ impl Piece {
 pub(super) fn integrate(
     known: Response<f64>,
     pieces: impl Iterator<Item = Piece>,
-    integrand: impl Fn(f64) -> Response<f64>,
+    integrand: impl Integrand,
     tolerance: f64,
 ) -> Response<f64> {
     if tolerance == f64::INFINITY {
@@ -125,7 +150,7 @@ impl Panel {
         to: f64,
         density: f64,
         whole: Response<f64>,
-        integrand: &impl Fn(f64) -> Response<f64>,
+        integrand: &impl Integrand,
     ) -> Self {
         let middle = 0.5 * (from + to);
         Self {
@@ -150,7 +175,7 @@ impl Panel {
             && middle < self.to
     }
 
-    fn bisected(&self, integrand: &impl Fn(f64) -> Response<f64>) -> [Self; 2] {
+    fn bisected(&self, integrand: &impl Integrand) -> [Self; 2] {
         let middle = 0.5 * (self.from + self.to);
         let half = |from, to, whole| Self::new(from, to, self.density, whole, integrand);
         [
@@ -161,14 +186,48 @@ impl Panel {
 }
 
 /// The Gauss–Legendre value of ∫ `density` · `integrand`.
-fn gauss(
-    from: f64,
-    to: f64,
-    density: f64,
-    integrand: &impl Fn(f64) -> Response<f64>,
-) -> Response<f64> {
-    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-    NODES.iter().fold(Response::zero(), |sum, [node, weight]| {
-        sum.plus(weight * half * density, integrand(middle + half * node))
-    })
+fn gauss(from: f64, to: f64, density: f64, integrand: &impl Integrand) -> Response<f64> {
+    let half = 0.5 * (to - from);
+    let values = Level::detect().run_doubles(AtNodes {
+        integrand,
+        middle: 0.5 * (from + to),
+        half,
+    });
+    let weights = &NODES[1];
+    let sum = Response::zero();
+    values
+        .iter()
+        .zip(weights)
+        .fold(sum, |sum, (value, weight)| {
+            sum.plus(weight * half * density, *value)
+        })
+}
+
+/// An integrand at the nodes of a panel.
+struct AtNodes<'a, I> {
+    integrand: &'a I,
+    middle: f64,
+    half: f64,
+}
+
+impl<I: Integrand> DoubleKernel for AtNodes<'_, I> {
+    type Output = [Response<f64>; ORDER];
+
+    #[inline(always)]
+    fn run<L: Doubles>(self) -> Self::Output {
+        let [nodes, _] = &*NODES;
+        let (middle, half) = (L::of(self.middle), L::of(self.half));
+        let (mut surface, mut volume) = ([0.0; ORDER], [0.0; ORDER]);
+        for first in (0..ORDER).step_by(L::LANES) {
+            let places = middle + half * L::load(&nodes[first..]);
+            let values = self.integrand.at(places);
+            values.surface.store(&mut surface[first..]);
+            values.volume.store(&mut volume[first..]);
+        }
+        let mut values = [Response::default(); ORDER];
+        for (k, value) in values.iter_mut().enumerate() {
+            (value.surface, value.volume) = (surface[k], volume[k]);
+        }
+        values
+    }
 }

@@ -12,17 +12,14 @@
 //! θ_h grows by K = |H_nt| / (2 cos θ_d) per unit of tilt there, so a lobe of width γ is γ/K wide in δ. Where the direction
 //! changes with the tilt, the same places are looked for ([`sweep`](super::sweep)).
 
-use super::adaptive::{Piece, integrate};
+use super::adaptive::{Integrand, Piece, ROOM, integrate, reaches};
 use super::sweep;
 use crate::brdf::{
     Optics, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair, ThreadResponse,
 };
 use crate::fabric::{Fabric, Strands, Sweep, Thread};
+use crate::math::simd::Doubles;
 use crate::math::{Vec3, norm2};
-
-/// Widths of a lobe from the highlight to the next cuts. Between the first two it falls to nothing; in one panel with what is
-/// beyond them, no node might see that.
-pub(super) const REACHES: [f64; 2] = [3.0, 9.0];
 
 /// A thread's means over its curve, for directions given in the frame that its directions are counted from.
 #[derive(Debug, Clone)]
@@ -134,10 +131,6 @@ pub fn mean_response(
     tangents: &TangentCurve<f64>,
     tolerance: f64,
 ) -> Response<f64> {
-    let integrand = |delta: f64| {
-        let (sin, cos) = delta.sin_cos();
-        pair.response(optics, cos, sin)
-    };
     let single = tangents.response_of_tilts(pair, optics);
     let cuts = Cuts::new(pair, optics);
     let pieces = tangents.segments().iter().flat_map(|segment| {
@@ -148,7 +141,26 @@ pub fn mean_response(
         }
         .cut(&cuts.kinks)
     });
-    integrate(single, pieces, integrand, tolerance)
+    integrate(single, pieces, OfTilts { pair, optics }, tolerance)
+}
+
+/// S and V by tilt.
+struct OfTilts<'a> {
+    pair: &'a ThreadPair<f64>,
+    optics: &'a Optics<f64>,
+}
+
+impl Integrand for OfTilts<'_> {
+    #[inline(always)]
+    fn at<L: Doubles>(&self, tilts: L) -> Response<L> {
+        let (mut cos, mut sin) = ([0.0; ROOM], [0.0; ROOM]);
+        tilts.store(&mut sin);
+        for k in 0..L::LANES {
+            (sin[k], cos[k]) = sin[k].sin_cos();
+        }
+        let pair = self.pair.splat::<L>();
+        pair.response(&self.optics.cast(), L::load(&cos), L::load(&sin))
+    }
 }
 
 /// Where the integrand's range ends and where it is not smooth, in tilt.
@@ -181,12 +193,9 @@ impl Cuts {
         let z_i = cos * wi[2] - sin * wi[0];
         let slope = (norm2(h_t, h_n) / (2.0 * norm2(wi[1], z_i))).max(1e-3);
         kinks.push(highlight);
-        for gamma in [optics.gamma_s, optics.gamma_v] {
-            for reach in REACHES {
-                let width = reach * gamma / slope;
-                kinks.extend([highlight - width, highlight + width]);
-            }
-        }
+        kinks.extend(
+            reaches(optics, slope).flat_map(|width| [highlight - width, highlight + width]),
+        );
         kinks.retain(|cut| cut.is_finite());
         kinks.sort_by(f64::total_cmp);
         Self { visible, kinks }

@@ -12,11 +12,11 @@
 //! and where a lobe of width γ about a highlight falls to nothing: θ_h grows by |dX/ds| / (2 cos θ_d) there. The roots are
 //! looked for between places 5° apart.
 
-use super::adaptive::{Piece, integrate};
-use super::mean::REACHES;
+use super::adaptive::{Integrand, Piece, ROOM, integrate, reaches};
 use crate::brdf::{Optics, Response, ThreadFrame, ThreadPair};
 use crate::fabric::Sweep;
-use crate::math::{Vec3, norm2, root};
+use crate::math::simd::Doubles;
+use crate::math::{Vec3, each, norm2, root};
 
 /// Between places where kinks are looked for, radians.
 const STEP: f64 = 0.0873;
@@ -60,15 +60,9 @@ pub(super) fn response(
             let cos = norm2(place.i.y, place.i.z);
             let slope = (place.highlight()[1].abs() / (2.0 * cos)).max(LEAST_SLOPE);
             cuts.push(at);
-            for gamma in [optics.gamma_s, optics.gamma_v] {
-                for reach in REACHES {
-                    let width = reach * gamma / slope;
-                    // Pieces are no wider anyway.
-                    if width * sweep.width() < PIECE {
-                        cuts.extend([at - width, at + width]);
-                    }
-                }
-            }
+            // Pieces are no wider anyway.
+            let narrow = reaches(optics, slope).filter(|width| width * sweep.width() < PIECE);
+            cuts.extend(narrow.flat_map(|width| [at - width, at + width]));
         }
         let visible = |piece: &Piece| {
             let middle = 0.5 * (piece.from + piece.to) - index as f64;
@@ -79,12 +73,16 @@ pub(super) fn response(
         pieces.retain(visible);
         pieces
     };
-    let integrand = |s: f64| {
-        let place = Place::among(sweeps, s, wi, wr);
-        let [cos, sin] = place.tilt;
-        place.pair(wi, wr, sigma_u).response(optics, cos, sin)
-    };
     let pieces = sweeps.iter().enumerate().flat_map(pieces_of);
+    let integrand = Responses {
+        sight: Sight {
+            sweeps,
+            wi,
+            wr,
+            sigma_u,
+        },
+        optics,
+    };
     integrate(known, pieces, integrand, tolerance)
 }
 
@@ -104,22 +102,83 @@ pub(super) fn projection(
         });
         pieces(index, sweep, cuts.concat())
     };
-    let integrand = |s: f64| {
-        let place = Place::among(sweeps, s, other, wr);
-        let [cos, sin] = place.tilt;
-        let pair = place.pair(other, wr, sigma_u);
-        let projection = match wi {
-            None => pair.projection(cos, sin),
-            Some(_) => pair.visibility(cos, sin),
-        };
-        // One of the two functions that are integrated at once.
-        Response {
-            surface: projection,
-            volume: 0.0,
-        }
+    let integrand = Projections {
+        sight: Sight {
+            sweeps,
+            wi: other,
+            wr,
+            sigma_u,
+        },
+        are_joint: wi.is_some(),
     };
     let pieces = sweeps.iter().enumerate().flat_map(pieces_of);
     integrate(Response::zero(), pieces, integrand, tolerance).surface
+}
+
+/// A pair of directions that sees sweeps.
+struct Sight<'a> {
+    sweeps: &'a [Sweep],
+    wi: Vec3<f64>,
+    wr: Vec3<f64>,
+    sigma_u: f64,
+}
+
+impl Sight<'_> {
+    /// The pair in the frames of places, and the cosines and sines of their tilts.
+    #[inline(always)]
+    fn from<L: Doubles>(&self, places: L) -> (ThreadPair<L>, [L; 2]) {
+        let mut s = [0.0; ROOM];
+        places.store(&mut s);
+        let (mut wi, mut wr, mut tilt) = ([[0.0; ROOM]; 3], [[0.0; ROOM]; 3], [[0.0; ROOM]; 2]);
+        for k in 0..L::LANES {
+            let place = Place::among(self.sweeps, s[k], self.wi, self.wr);
+            let directions = [&mut wi, &mut wr].into_iter().zip([self.wi, self.wr]);
+            for (lanes, direction) in directions {
+                for (lanes, x) in lanes.iter_mut().zip(place.frame.to_thread(direction)) {
+                    lanes[k] = x;
+                }
+            }
+            (tilt[0][k], tilt[1][k]) = (place.tilt[0], place.tilt[1]);
+        }
+        let vector = |lanes: [[f64; ROOM]; 3]| each(lanes, |lanes| L::load(&lanes));
+        let pair = ThreadPair::new(vector(wi), vector(wr), L::of(self.sigma_u));
+        (pair, [L::load(&tilt[0]), L::load(&tilt[1])])
+    }
+}
+
+/// S and V by place.
+struct Responses<'a> {
+    sight: Sight<'a>,
+    optics: &'a Optics<f64>,
+}
+
+impl Integrand for Responses<'_> {
+    #[inline(always)]
+    fn at<L: Doubles>(&self, places: L) -> Response<L> {
+        let (pair, [cos, sin]) = self.sight.from(places);
+        pair.response(&self.optics.cast(), cos, sin)
+    }
+}
+
+/// p_r by place, or P(t, wi, wr), as one of two functions that are integrated at once.
+struct Projections<'a> {
+    sight: Sight<'a>,
+    are_joint: bool,
+}
+
+impl Integrand for Projections<'_> {
+    #[inline(always)]
+    fn at<L: Doubles>(&self, places: L) -> Response<L> {
+        let (pair, [cos, sin]) = self.sight.from(places);
+        Response {
+            surface: if self.are_joint {
+                pair.visibility(cos, sin)
+            } else {
+                pair.projection(cos, sin)
+            },
+            volume: L::zero(),
+        }
+    }
 }
 
 /// A place on a sweep, seen by a pair of directions.
@@ -176,10 +235,6 @@ impl Place {
         let Self { turns, i, r, .. } = self;
         let slope = (i.z + r.z) * turns[0] + turns[1] * (i.y + r.y);
         [i.x + r.x, slope]
-    }
-
-    fn pair(&self, wi: Vec3<f64>, wr: Vec3<f64>, sigma_u: f64) -> ThreadPair<f64> {
-        ThreadPair::new(self.frame.to_thread(wi), self.frame.to_thread(wr), sigma_u)
     }
 }
 

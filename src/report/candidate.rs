@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use super::{Options, ReportError};
-use crate::bake::{Direct, Preset, Settings, bake, size_name};
+use crate::bake::{Baker, Direct, Preset, Settings, size_name};
 use crate::evaluator::{Evaluator, Missing, Pace, Spec};
 use crate::fabric::{Fabric, Strand, Thread};
 use crate::fit::{FitError, fit};
@@ -124,11 +124,12 @@ pub(super) fn of_fabric(
     let cost = |settings: &Settings| settings.max_bytes as f64;
     let total: f64 = bakes.iter().map(|(_, settings)| cost(settings)).sum();
     let mut done = 0.0;
+    let mut baker = Baker::new(fabric)?;
     for (name, settings) in bakes {
         let end = done + cost(&settings) / total;
-        let table = bake(fabric, &settings, baking.part(done, end))?;
+        let baked = baker.bake(settings, baking.part(done, end))?;
         done = end;
-        candidates.extend(tables(name, table)?);
+        candidates.extend(tables(name, baked.table)?);
     }
     Ok(candidates)
 }

@@ -18,7 +18,7 @@ pub use verdict::{SinglePair, Verdict, Worst};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::bake::{Adapted, BakeError, Preset, Provenance, Scope, bake_as_promised};
+use crate::bake::{Adapted, BakeError, Baked, Baker, Goal, Preset, Request};
 use crate::chart::Chart;
 use crate::evaluator::Spec;
 use crate::fabric::Fabric;
@@ -299,31 +299,33 @@ fn bakes(
     let total: f64 = weights.iter().sum();
     let mut done = 0.0;
     let mut bakes = Vec::new();
+    let mut baker = Baker::new(fabric)?;
     for (preset, weight) in options.presets.iter().zip(weights) {
         let mut settings = preset.settings();
         settings.error_pairs = BAKE_PAIRS;
         let end = done + weight / total;
-        let (table, kept) = bake_as_promised(
-            fabric,
-            &settings,
-            &Scope::default(),
-            progress.part(done, end),
-        )?;
+        let request = Request {
+            goal: Goal::Promise,
+            ..settings.into()
+        };
+        let baked = baker.bake(request, progress.part(done, end))?;
         done = end;
-        bakes.push((Baking::new(*preset, kept, &table), table));
+        bakes.push((Baking::new(*preset, &baked), baked.table));
     }
     Ok(bakes)
 }
 
 impl Baking {
-    fn new(preset: Preset, kept: bool, table: &Table) -> Self {
-        let provenance = Provenance::of(table).expect("just written");
+    fn new(preset: Preset, baked: &Baked) -> Self {
+        let Baked {
+            table, provenance, ..
+        } = baked;
         let grids = || table.threads().iter().filter_map(|thread| thread.grid());
         let axes = grids().flat_map(|grid| grid.axes());
         let choices = provenance.choices.iter();
         Self {
             preset,
-            kept,
+            kept: baked.kept,
             adapted: provenance.adapted,
             mean: provenance.error.all.mean,
             p99: provenance.error.all.p99,

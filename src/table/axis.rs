@@ -62,6 +62,35 @@ struct Equation {
     coefficient: [f64; 3],
 }
 
+/// Coefficients by values: see [`Axis::solve`].
+#[derive(Debug, Clone)]
+pub(crate) struct Solver {
+    /// By coefficient, none where it is the value: see [`weights_of_sites`].
+    rows: Vec<Option<(usize, [f64; 2 * REACH + 1])>>,
+}
+
+impl Solver {
+    /// As [`Axis::solve`].
+    ///
+    /// # Panics
+    /// When there are not [`Axis::len`] · `channels` values.
+    pub(crate) fn solve(&self, values: &mut [f64], channels: usize) {
+        assert_eq!(values.len(), self.rows.len() * channels);
+        let given = values.to_vec();
+        for (row, values) in self.rows.iter().zip(values.chunks_exact_mut(channels)) {
+            let Some((from, weights)) = row else {
+                continue;
+            };
+            values.fill(0.0);
+            for (given, weight) in given[from * channels..].chunks_exact(channels).zip(weights) {
+                for (value, given) in values.iter_mut().zip(given) {
+                    *value += weight * given;
+                }
+            }
+        }
+    }
+}
+
 /// A coefficient by values: the first site that it depends on, and weights from there on.
 fn weights_of_sites(equations: &[Option<Equation>], row: usize) -> (usize, [f64; 2 * REACH + 1]) {
     // The coefficients of a spline from here to there …
@@ -258,20 +287,18 @@ impl Axis {
     /// # Panics
     /// When there are not [`Axis::len`] · `channels` values.
     pub fn solve(&self, values: &mut [f64], channels: usize) {
-        assert_eq!(values.len(), self.len() * channels);
+        self.solver().solve(values, channels);
+    }
+
+    /// [`Axis::solve`] for many functions.
+    pub(crate) fn solver(&self) -> Solver {
         let equations = self.equations();
-        let given = values.to_vec();
-        for (row, values) in values.chunks_exact_mut(channels).enumerate() {
-            if equations[row].is_none() {
-                continue;
-            }
-            let (from, weights) = weights_of_sites(&equations, row);
-            values.fill(0.0);
-            for (given, weight) in given[from * channels..].chunks_exact(channels).zip(weights) {
-                for (value, given) in values.iter_mut().zip(given) {
-                    *value += weight * given;
-                }
-            }
+        let rows = (0..equations.len()).map(|row| {
+            let is_value = equations[row].is_none();
+            (!is_value).then(|| weights_of_sites(&equations, row))
+        });
+        Solver {
+            rows: rows.collect(),
         }
     }
 

@@ -23,5 +23,7 @@ pub(crate) fn tiny() -> Settings {
 
 /// A table of a few kilobytes.
 pub(crate) fn tiny_table(name: &str) -> Table {
-    bake(&fabric(name), &tiny(), Progress::silent()).expect("nobody stops it")
+    bake(&fabric(name), &tiny(), Progress::silent())
+        .expect("nobody stops it")
+        .table
 }

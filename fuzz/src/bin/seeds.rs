@@ -114,7 +114,9 @@ fn small(direct: Direct) -> Settings {
 
 fn baked(fabric: &str, settings: &Settings) -> Vec<u8> {
     let fabric = Fabric::from_library(fabric).expect("it is in the library");
-    let table = bake(&fabric, settings, Progress::silent()).expect("nobody stops it");
+    let table = bake(&fabric, settings, Progress::silent())
+        .expect("nobody stops it")
+        .table;
     table.to_bytes().expect("there is memory")
 }
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 use sateen::bake::{
-    Budget, Direct, Preset, Promise, Provenance, Scope, Settings, bake_as_promised, bake_within,
+    Baked, Budget, Direct, Goal, Preset, Promise, Provenance, Request, Scope, Settings, bake,
 };
 use sateen::chart::Chart;
 use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
@@ -132,7 +132,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     let mut bar = Bar::new(jobs.len());
     let mut results = Vec::new();
     for ((job, path), target) in jobs.iter().zip(&paths).zip(&targets) {
-        let (fabric, scope) = (&job.fabric, job.scope());
+        let fabric = &job.fabric;
         let budget = Budget {
             max_error: args.max_error.or(job.max_error),
             max_bytes: args.max_bytes,
@@ -153,18 +153,23 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         let report = |share: f64| bar.report(share);
         let interrupted = || format!("{} was not written", path.display());
         let progress = Progress::new(&report);
-        let (table, cost, within) = if is_limited {
-            let (table, cost) = bake_within(fabric, &settings, &budget, &scope, progress)
-                .with_context(interrupted)?;
-            (table, Some(cost), budget.holds(&cost))
-        } else {
-            let (table, within) =
-                bake_as_promised(fabric, &settings, &scope, progress).with_context(interrupted)?;
-            (table, None, within)
+        let request = Request {
+            settings: settings.clone(),
+            goal: if is_limited {
+                Goal::Within(budget)
+            } else {
+                Goal::Promise
+            },
+            scope: job.scope(),
         };
-        let provenance = Provenance::of(&table).context("metadata just written")?;
+        let Baked {
+            table,
+            provenance,
+            kept,
+            cost,
+        } = bake(fabric, request, progress).with_context(interrupted)?;
         let mut file_bytes = None;
-        if within {
+        if kept {
             let file = if args.stored {
                 table.to_mappable_bytes()
             } else {
@@ -183,13 +188,13 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                 "fabric": fabric.name,
                 "path": file_bytes.map(|_| path),
                 "kept": false,
-                "within": within,
+                "within": kept,
                 "adapted": provenance.adapted,
                 "rho_scale": fabric.rho_scale,
                 "scope": provenance.scope,
                 "decoded_bytes": table.decoded_bytes(),
                 "file_bytes": file_bytes,
-                "ns": cost.and_then(|cost| cost.ns),
+                "ns": cost.ns,
                 "seconds": seconds,
                 "error": provenance.error,
                 "choices": provenance.choices,
@@ -207,8 +212,9 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                     bytes(table.decoded_bytes())
                 ),
             };
-            let ns = cost.and_then(|cost| cost.ns);
-            let ns = ns.map_or(String::new(), |ns| format!(", {ns:.0} ns per pair"));
+            let ns = cost
+                .ns
+                .map_or(String::new(), |ns| format!(", {ns:.0} ns per pair"));
             let text = format!(
                 "{}: {sizes}{ns}, {seconds:.1} s\n{}{}{}{}{}",
                 path.display(),

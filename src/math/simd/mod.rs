@@ -15,10 +15,12 @@ mod avx2;
 mod avx512;
 #[cfg(all(target_arch = "x86_64", not(feature = "std")))]
 mod detect;
+mod doubles;
 mod pairs;
 mod portable;
 
 use super::Lanes;
+pub use doubles::{DoubleKernel, Doubles};
 pub use pairs::{Colours, Directions};
 pub(crate) use pairs::{PairFunction, at_pair, map_pairs};
 #[doc(hidden)]

@@ -2,6 +2,9 @@
 
 use alloc::{vec, vec::Vec};
 
+#[cfg(feature = "bake")]
+use rayon::prelude::*;
+
 #[cfg(feature = "zstd")]
 use super::coding::compress;
 use super::coding::{Codec, RUN_WORDS, Words, checksum};
@@ -82,8 +85,14 @@ impl Table {
             parts.push(Part::Samples(grid));
             parts.extend(grid.rows.iter().map(|rows| Part::Runs(grid, rows)));
         }
-        let packed = parts.iter().map(|part| part.packed(code));
-        let chunks = packed.collect::<Result<Vec<Packed>, Error>>()?;
+        // Side by side where there are workers.
+        #[cfg(feature = "bake")]
+        let parts = parts.par_iter();
+        #[cfg(not(feature = "bake"))]
+        let parts = parts.iter();
+        let chunks: Vec<Packed> = parts
+            .map(|part| part.packed(code))
+            .collect::<Result<_, Error>>()?;
 
         let mut body = Vec::new();
         put_u32(&mut body, chunks.len());
