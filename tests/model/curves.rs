@@ -1,11 +1,8 @@
 //! Threads whose direction changes along their curve: direct evaluation against an independent float64 implementation
 //! (`tests/data/golden_curves.csv`: 8-node Gauss–Legendre on every 0.02° of every curve) and against dense midpoints; what
 //! such curves have in common with straight threads; and their tables.
-#![cfg(feature = "bake")]
 
-mod common;
-
-use common::{fabric, hostile_directions, tiny, tiny_table};
+use crate::common::{fabric, hostile_directions, tiny, tiny_table};
 use proptest::prelude::*;
 use sateen::bake::{Adapted, Provenance, Scope, bake};
 use sateen::brdf::Reweighting;
@@ -16,7 +13,7 @@ use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
 use sateen::table::{Error, Table};
 
-const GOLDEN: &str = include_str!("data/golden_curves.csv");
+const GOLDEN: &str = include_str!("../data/golden_curves.csv");
 
 /// A fabric of one thread, with these lines of directions, offsets and lengths.
 fn of_curve(directions: &str, offsets: &str, lengths: &str, gamma_deg: f64) -> Fabric {
@@ -371,7 +368,7 @@ fn tables_of_curves_come_back_from_their_bytes_and_no_prefix_of_them_does() {
         // With a checksum that fits, what is still a table is one that evaluates.
         let crc = crc32fast::hash(&flipped[20..header]);
         flipped[16..20].copy_from_slice(&crc.to_le_bytes());
-        common::assert_refused_or_light(&format!("bit {bit}"), &flipped);
+        crate::common::assert_refused_or_light(&format!("bit {bit}"), &flipped);
     }
 }
 

@@ -1,13 +1,10 @@
 //! How much is reflected of what arrives, and fabrics scaled to no more.
-#![cfg(feature = "cli")]
-
-mod common;
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::fs;
 
+use crate::common::{fabric, tiny};
 use assert_cmd::Command;
-use common::{fabric, tiny};
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 use sateen::bake::{Direct, Provenance, Settings, bake};

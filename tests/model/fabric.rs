@@ -1,7 +1,4 @@
 //! Fabric files: the library is as published, and what is wrong with a file is said with its line.
-#![cfg(feature = "bake")]
-
-mod common;
 
 use sateen::fabric::{Fabric, LIBRARY, nearest_name};
 
@@ -34,9 +31,9 @@ fn the_library_has_the_published_fabrics_knits_and_felt() {
         assert!(!fabric.source.is_empty() && !fabric.title.is_empty());
         assert!(fabric.visible_threads().count() > 0);
     }
-    let pink = common::fabric("polka-dot-lining-pink");
+    let pink = crate::common::fabric("polka-dot-lining-pink");
     assert_eq!(pink.threads[0].albedo, [0.35, 0.0, 0.0875]);
-    let suede = common::fabric("faux-suede");
+    let suede = crate::common::fabric("faux-suede");
     assert_eq!(
         (suede.threads.len(), suede.visible_threads().count()),
         (2, 1)

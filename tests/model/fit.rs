@@ -1,12 +1,9 @@
 //! Fits: what made the data is found again, and the tool says what it found.
-#![cfg(feature = "cli")]
-
-mod common;
 
 use std::fs;
 
+use crate::common::fabric;
 use assert_cmd::Command;
-use common::fabric;
 use predicates::str::contains;
 use sateen::fabric::{Fabric, Irawan, Lambert, Models, OrenNayar, TorranceSparrow};
 use sateen::fit::{fit, fit_to};

@@ -1,11 +1,8 @@
 //! The models that the microcylinder is compared with: physics, both precisions, and Irawan's integrals done slowly.
-#![cfg(feature = "bake")]
-
-mod common;
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 
-use common::{fabric, hostile_directions};
+use crate::common::{fabric, hostile_directions};
 use proptest::prelude::*;
 use sateen::fabric::{
     Distribution, Fabric, FresnelTerm, Irawan, LIBRARY, Lambert, OrenNayar, Shadowing,
@@ -500,7 +497,7 @@ fn sections_are_read_and_written_back() {
     assert!(
         (a.u_max - b.u_max).abs() < 1e-12 && (a.psi - b.psi).abs() < 1e-12 && a.kappa == b.kappa
     );
-    let plain = common::fabric("denim");
+    let plain = crate::common::fabric("denim");
     assert_eq!(plain.models, Default::default());
 }
 

@@ -1,9 +1,6 @@
 //! What every evaluator owes: finite, never negative, nothing below the surface, and the model's own symmetries.
-#![cfg(feature = "bake")]
 
-mod common;
-
-use common::{fabric, hostile_directions, tiny_table};
+use crate::common::{fabric, hostile_directions, tiny_table};
 use proptest::prelude::*;
 use sateen::brdf::{TangentCurve, ThreadPair, Tilt};
 use sateen::fabric::LIBRARY;

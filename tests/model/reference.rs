@@ -1,10 +1,7 @@
 //! The direct model against an independent float64 implementation of the same equations, whose values for all fabrics of
 //! the library are in `tests/data/golden_view.csv` and `golden_both.csv`: random, highlight and extreme pairs.
-#![cfg(feature = "bake")]
 
-mod common;
-
-use common::fabric;
+use crate::common::fabric;
 use sateen::brdf::{Components, Reweighting};
 use sateen::model::{Rule, Sadeghi};
 
@@ -86,10 +83,10 @@ fn agree(golden: &str, reweighting: Reweighting) -> String {
 
 #[test]
 fn agrees_with_the_golden_values_for_the_view_projection() {
-    agree(include_str!("data/golden_view.csv"), Reweighting::View);
+    agree(include_str!("../data/golden_view.csv"), Reweighting::View);
 }
 
 #[test]
 fn agrees_with_the_golden_values_for_the_two_sided_projection() {
-    agree(include_str!("data/golden_both.csv"), Reweighting::Both);
+    agree(include_str!("../data/golden_both.csv"), Reweighting::Both);
 }

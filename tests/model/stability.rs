@@ -1,9 +1,6 @@
 //! Stiff fabrics, extreme directions, and everything between: what was once lost there and must not be lost again.
-#![cfg(feature = "report")]
 
-mod common;
-
-use common::{fabric, hostile_directions, tiny, tiny_table};
+use crate::common::{fabric, hostile_directions, tiny, tiny_table};
 use proptest::prelude::*;
 use sateen::bake::{Direct, Preset, Provenance, Scope, Settings, bake, bake_as_promised};
 use sateen::brdf::{Optics, TangentCurve, ThreadPair, fresnel};

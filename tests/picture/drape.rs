@@ -1,5 +1,4 @@
 //! Pictures of cloth that hangs and of meshes: where cloth is seen, how it lies, and what shadows it.
-#![cfg(feature = "cli")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;

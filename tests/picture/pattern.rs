@@ -1,14 +1,11 @@
 //! Patterns: what is where, one table for all albedos, and what is said of mistakes.
-#![cfg(feature = "cli")]
-
-mod common;
 
 use std::fs;
 use std::io::{self, Cursor};
 use std::path::Path;
 
+use crate::common::fabric;
 use assert_cmd::Command;
-use common::fabric;
 use image::{DynamicImage, ImageFormat, Rgb, Rgb32FImage, RgbImage};
 use predicates::str::contains;
 use sateen::model::{Model, Rule, Sadeghi};

@@ -1,5 +1,4 @@
 //! Pictures: what the thesis sees on cylinders, and what files hold.
-#![cfg(feature = "cli")]
 
 use std::f64::consts::PI;
 use std::fs;

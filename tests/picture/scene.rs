@@ -1,7 +1,4 @@
 //! Scenes: what their files say, and that everything they can ask of a fabric is foreseen.
-#![cfg(feature = "cli")]
-
-mod common;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -10,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use common::tiny;
+use crate::common::tiny;
 use glam::{DVec3, Vec2};
 use sateen::bake::{Scope, bake_for};
 use sateen::fabric::{Fabric, Lambert};

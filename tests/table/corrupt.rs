@@ -1,12 +1,9 @@
 //! Files that were once read wrongly: each is refused now, or evaluates to light.
-#![cfg(feature = "bake")]
-
-mod common;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::assert_refused_or_light;
+use crate::common::assert_refused_or_light;
 use sateen::fabric::Fabric;
 use sateen::metrics::PairsFile;
 use sateen::model::{Model, Rule, Sadeghi};

@@ -1,5 +1,4 @@
 //! Exports read back by other libraries: what they read is what was written, and looks up as before.
-#![cfg(feature = "export")]
 
 use std::sync::OnceLock;
 

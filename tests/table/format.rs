@@ -1,27 +1,24 @@
 //! Bytes that are not a whole and unchanged table are refused, and old tables stay readable.
-#![cfg(feature = "bake")]
 
-mod common;
-
-use common::hostile::{
+use crate::common::hostile::{
     Chunk, chunk_range, empty, first_chunk_entry, full_header, grid_bytes, repair_chunk,
     repair_header, small_hostile_files, stored, table_of_grid,
 };
-use common::{assert_refused_or_light, fabric, tiny, tiny_table};
+use crate::common::{assert_refused_or_light, fabric, tiny, tiny_table};
 use sateen::bake::{Provenance, bake};
 use sateen::chart::Chart;
 use sateen::progress::Progress;
 use sateen::table::{Encoding, Error, MAX_DECODED_BYTES, Table};
 
 /// A table of silk crepe de chine as format 2.0 wrote it: tilts, a grid, a thread of one tilt.
-const GOLDEN_2_0: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-2.0.sateen");
+const GOLDEN_2_0: &[u8] = include_bytes!("../data/tables/silk-crepe-de-chine-2.0.sateen");
 /// The same table, its chunks stored: for readers without zstd (`tests/core.rs`).
 const GOLDEN_2_0_STORED: &[u8] =
-    include_bytes!("data/tables/silk-crepe-de-chine-2.0-stored.sateen");
+    include_bytes!("../data/tables/silk-crepe-de-chine-2.0-stored.sateen");
 /// Felt: three axes for its response, one for its projection, and axes that say where they bend.
-const GOLDEN_2_3: &[u8] = include_bytes!("data/tables/felt-2.3.sateen");
+const GOLDEN_2_3: &[u8] = include_bytes!("../data/tables/felt-2.3.sateen");
 /// Format 1.0 was never released.
-const GOLDEN_1_0: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-1.0.sateen");
+const GOLDEN_1_0: &[u8] = include_bytes!("../data/tables/silk-crepe-de-chine-1.0.sateen");
 
 fn refused(bytes: &[u8]) -> Error {
     Table::from_bytes(bytes).expect_err("these bytes are no table")
@@ -48,7 +45,7 @@ fn golden_tables_of_every_version_stay_readable() {
     );
     assert_evaluates(
         &table,
-        include_str!("data/tables/silk-crepe-de-chine-2.0.txt"),
+        include_str!("../data/tables/silk-crepe-de-chine-2.0.txt"),
     );
     // It is written as it was.
     assert_eq!(table.format(), (2, 0));
@@ -64,7 +61,7 @@ fn golden_tables_of_curves_stay_readable() {
     let table = Table::from_bytes(GOLDEN_2_3).unwrap();
     assert_eq!(table.format(), (2, 3));
     assert!(table.threads()[0].projection_grid().is_some());
-    assert_evaluates(&table, include_str!("data/tables/felt-2.3.txt"));
+    assert_evaluates(&table, include_str!("../data/tables/felt-2.3.txt"));
     assert_eq!(
         table.to_bytes().map(|bytes| Table::from_bytes(&bytes)),
         Ok(Ok(table))

@@ -1,10 +1,9 @@
 //! Tables that no bake writes, though every number is in its range, evaluate to light all the same.
-#![cfg(feature = "bake")]
 
-mod common;
-
-use common::hostile::{Chunk, empty, file_with, grid_with, nodes, nothing, stored, thread_with};
-use common::{assert_light, hostile_directions};
+use crate::common::hostile::{
+    Chunk, empty, file_with, grid_with, nodes, nothing, stored, thread_with,
+};
+use crate::common::{assert_light, hostile_directions};
 use proptest::collection::{btree_set, vec};
 use proptest::prelude::*;
 use sateen::table::Table;

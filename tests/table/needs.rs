@@ -1,9 +1,6 @@
 //! Tables of what is needed alone: they are those of everything wherever they were baked, and say so where not.
-#![cfg(feature = "bake")]
 
-mod common;
-
-use common::{assert_light, fabric, hostile_directions, tiny};
+use crate::common::{assert_light, fabric, hostile_directions, tiny};
 use proptest::prelude::*;
 use std::sync::LazyLock;
 

@@ -1,9 +1,6 @@
 //! One algorithm, several instruction sets: all agree with the scalar path, pair by pair.
-#![cfg(feature = "bake")]
 
-mod common;
-
-use common::{fabric, hostile_directions, tiny_table};
+use crate::common::{fabric, hostile_directions, tiny_table};
 use rayon::prelude::*;
 use sateen::bake::{Direct, Settings, bake};
 use sateen::fabric::{Fabric, LIBRARY};
@@ -177,7 +174,7 @@ fn a_table_without_grids_is_the_quadrature_that_it_names() {
     let fabric = fabric("tshirt-white");
     let settings = Settings {
         direct: Direct::Always,
-        ..common::tiny()
+        ..crate::common::tiny()
     };
     let table = bake(&fabric, &settings, Progress::silent()).unwrap();
     let nodes = table.threads()[0].direct_nodes().unwrap();

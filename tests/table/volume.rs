@@ -1,9 +1,6 @@
 //! Volumes: how far they are from their tables, and what they are made of.
-#![cfg(all(feature = "bake", feature = "shader"))]
 
-mod common;
-
-use common::{fabric, tiny, tiny_table};
+use crate::common::{fabric, tiny, tiny_table};
 use sateen::bake::{Scope, bake_for};
 use sateen::metrics::{Baked, Truth, protocol_pairs};
 use sateen::model::Model;

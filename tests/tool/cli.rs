@@ -1,5 +1,4 @@
 //! The tool from outside: what it prints, where, and with which exit status.
-#![cfg(feature = "cli")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -130,7 +129,7 @@ fn bake_info_and_validate_tell_the_same_story() {
         .arg(&path)
         .assert()
         .success()
-        .stdout(include_str!("../tables/fabrics/denim.toml"));
+        .stdout(include_str!("../../tables/fabrics/denim.toml"));
 
     let validate = |limit: &str| {
         let mut command = sateen();
@@ -159,7 +158,7 @@ fn several_fabrics_go_to_a_folder() {
     let file = folder.path().join("thread.toml");
     fs::write(
         &file,
-        include_str!("../tables/fabrics/polka-dot-lining.toml")
+        include_str!("../../tables/fabrics/polka-dot-lining.toml")
             .replace("-15, -15, 15, 15", "0, 0, 0, 0")
             .replace("-7, -7, 7, 7", "1, 1, 1, 1"),
     )
@@ -201,7 +200,7 @@ fn several_fabrics_go_to_a_folder() {
 #[test]
 fn eval_reproduces_golden_components() {
     let folder = folder();
-    let golden = include_str!("data/golden_view.csv");
+    let golden = include_str!("../data/golden_view.csv");
     let rows = golden
         .lines()
         .filter(|line| line.starts_with("fabric") || line.starts_with("faux-suede,"));
@@ -600,7 +599,7 @@ fn many_segments(folder: &Path) -> String {
         .map(|k| format!("{:.4}", 35.0 * (f64::from(k) * 0.37).sin()))
         .collect();
     let lengths = vec!["1"; 1024].join(", ");
-    let mut text = include_str!("../tables/fabrics/denim.toml").to_owned();
+    let mut text = include_str!("../../tables/fabrics/denim.toml").to_owned();
     for key in ["tangent_offsets_deg", "tangent_lengths"] {
         let list = if key == "tangent_lengths" {
             lengths.clone()
@@ -788,7 +787,7 @@ fn a_killed_bake_leaves_whole_tables_and_is_resumed() {
 fn only_a_table_of_the_same_fabric_and_settings_is_kept() {
     let folder = folder();
     let file = folder.path().join("suede.toml");
-    let text = include_str!("../tables/fabrics/faux-suede.toml");
+    let text = include_str!("../../tables/fabrics/faux-suede.toml");
     fs::write(&file, text).unwrap();
     let table = folder.path().join("table.sateen");
     let kept = |arguments: &[&str]| {

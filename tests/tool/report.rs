@@ -1,5 +1,4 @@
 //! `sateen report` from outside: what it writes, and that all of it says the same.
-#![cfg(feature = "cli")]
 
 use std::collections::BTreeMap;
 use std::fs;

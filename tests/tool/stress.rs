@@ -1,5 +1,4 @@
 //! `sateen stress` from outside.
-#![cfg(feature = "cli")]
 
 use std::collections::BTreeMap;
 use std::fs;
