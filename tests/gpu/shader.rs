@@ -1,7 +1,7 @@
 //! The shaders against what they are held to in Rust, on whatever graphics hardware there is; else on Mesa's software.
 //!
 //! Skipped where there is no Vulkan adapter or no `glslangValidator`, unless `SATEEN_REQUIRE_ALL=1`.
-#![cfg(all(feature = "bake", feature = "shader"))]
+#![cfg(test)]
 
 use std::path::Path;
 use std::process::Command;
@@ -98,17 +98,7 @@ fn skip(what: &str) {
         std::env::var("SATEEN_REQUIRE_ALL").as_deref() != Ok("1"),
         "{what}, which SATEEN_REQUIRE_ALL=1 requires"
     );
-    #[expect(clippy::print_stderr, reason = "who skips a test says so")]
-    {
-        eprintln!("SKIPPED: {what}");
-    }
-}
-
-fn say(text: &str) {
-    #[expect(clippy::print_stdout, reason = "figures to compare")]
-    {
-        println!("{text}");
-    }
+    eprintln!("SKIPPED: {what}");
 }
 
 /// Runs a program on a file, which has to please it; says whether there is such a program.
@@ -147,7 +137,7 @@ impl Gpu {
             skip("there is no Vulkan adapter (Debian: mesa-vulkan-drivers)");
             return None;
         };
-        say(&format!("{:?}", adapter.get_info()));
+        println!("{:?}", adapter.get_info());
         let device = adapter.request_device(&wgpu::DeviceDescriptor::default());
         let (device, queue) = pollster::block_on(device).expect("a device");
         Some(Self { device, queue })
@@ -501,7 +491,7 @@ fn shaders_compute_what_the_library_does() {
             &column(&all(Filter::EightBit), 0),
             &column(&expected, 0),
         );
-        say(&format!("{line}  8-bit weights {eight:.1e}"));
+        println!("{line}  8-bit weights {eight:.1e}");
     }
     assert!(failures.is_empty(), "{failures:#?}");
 }

@@ -270,7 +270,7 @@ fn felt_has_a_table_of_three_axes_and_the_smallest_of_all() {
         Coordinates::View { isotropic: true }
     );
     assert!(felt.decoded_bytes() < 8 << 10, "{}", felt.decoded_bytes());
-    let error = Provenance::of(&felt).unwrap().error.all;
+    let error = Provenance::of(felt).unwrap().error.all;
     assert!(error.mean < 0.005, "{}", error.mean);
 }
 
@@ -351,7 +351,7 @@ fn tables_of_curves_come_back_from_their_bytes_and_no_prefix_of_them_does() {
         let table = tiny_table(name);
         assert_eq!(table.format(), (2, 3));
         let bytes = table.to_bytes().unwrap();
-        assert_eq!(Table::from_bytes(&bytes).as_ref(), Ok(&table));
+        assert_eq!(Table::from_bytes(&bytes).as_ref(), Ok(table));
         for length in 0..bytes.len().min(1500) {
             assert!(
                 Table::from_bytes(&bytes[..length]).is_err(),

@@ -7,6 +7,8 @@ use std::path::Path;
 use std::process::{Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
+#[cfg(unix)]
+use crate::common::process::{signal, wait_for_work};
 use assert_cmd::Command;
 use exr::prelude::{AnyChannels, FlatSamples, Layer as ExrLayer, read_all_flat_layers_from_file};
 use image::{ImageFormat, ImageReader};
@@ -121,10 +123,9 @@ fn an_interrupt_ends_a_picture_soon_and_leaves_nothing() {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_secs(1));
+    wait_for_work(&mut child, 1.0);
     assert!(child.try_wait().unwrap().is_none());
-    let id = child.id().to_string();
-    Process::new("kill").args(["-INT", &id]).status().unwrap();
+    signal(&child, "-INT");
     let start = Instant::now();
     assert_eq!(child.wait().unwrap().code(), Some(1));
     assert!(start.elapsed() < Duration::from_secs(5));

@@ -15,6 +15,7 @@ fn files(extension: &str) -> Vec<(String, Vec<u8>)> {
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.extension().is_some_and(|found| found == extension));
     paths.sort();
+    assert!(!paths.is_empty(), "{extension}: nothing is tested");
     let read = |path: PathBuf| (path.display().to_string(), fs::read(&path).unwrap());
     paths.into_iter().map(read).collect()
 }

@@ -4,7 +4,7 @@ use crate::common::hostile::{
     Chunk, chunk_range, empty, first_chunk_entry, full_header, grid_bytes, repair_chunk,
     repair_header, small_hostile_files, stored, table_of_grid,
 };
-use crate::common::{assert_refused_or_light, fabric, tiny, tiny_table};
+use crate::common::{assert_refused_or_light, bake_tiny, fabric, tiny};
 use sateen::bake::{Provenance, bake};
 use sateen::chart::Chart;
 use sateen::progress::Progress;
@@ -75,6 +75,7 @@ fn assert_evaluates(table: &Table, expected: &str) {
         .split_whitespace()
         .map(|number| number.parse().unwrap())
         .collect();
+    assert_eq!(expected.len(), rho.len());
     for (value, expected) in rho.iter().zip(&expected) {
         assert!(
             (value - expected).abs() <= 1e-5 * expected,
@@ -144,7 +145,7 @@ fn a_bake_is_the_same_on_any_number_of_threads() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| tiny_table("corduroy")).to_bytes().unwrap()
+        pool.install(|| bake_tiny("corduroy")).to_bytes().unwrap()
     };
     let one = bytes_on(1);
     assert!(one == bytes_on(2) && one == bytes_on(5));

@@ -1,11 +1,11 @@
 //! One algorithm, several instruction sets: all agree with the scalar path, pair by pair.
 
-use crate::common::{fabric, hostile_directions, tiny_table};
+use crate::common::{fabric, hostile_directions, levels, tiny_table};
 use rayon::prelude::*;
 use sateen::bake::{Direct, Settings, bake};
 use sateen::fabric::{Fabric, LIBRARY};
 use sateen::lookup::Quantity;
-use sateen::math::simd::{Colours, Directions, Level};
+use sateen::math::simd::{Colours, Directions};
 use sateen::metrics::protocol_pairs;
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
@@ -92,14 +92,14 @@ impl Pairs {
     }
 }
 
-fn levels() -> impl Iterator<Item = Level> {
-    Level::ALL.into_iter().filter(|level| level.is_available())
-}
-
 #[test]
 fn batches_of_every_fabric_agree_with_single_lookups() {
-    LIBRARY.par_iter().for_each(|entry| {
-        let table = tiny_table(entry.name);
+    let levels = levels();
+    let tables: Vec<_> = LIBRARY
+        .iter()
+        .map(|entry| (entry, tiny_table(entry.name)))
+        .collect();
+    tables.into_par_iter().for_each(|(entry, table)| {
         let pairs = Pairs::protocol(&entry.load());
         let one_by_one = |eval: &dyn Fn([f32; 3], [f32; 3]) -> [f32; 3]| -> Vec<[f32; 3]> {
             pairs
@@ -112,7 +112,7 @@ fn batches_of_every_fabric_agree_with_single_lookups() {
         let rho = one_by_one(&|wi, wr| table.eval_cos(wi, wr));
         let brdf = one_by_one(&|wi, wr| table.eval(wi, wr));
         let dyed = one_by_one(&|wi, wr| table.eval_cos_with(&[[0.9, 0.5, 0.1]], wi, wr));
-        for level in levels() {
+        for level in levels.iter().copied() {
             let at = |quantity, albedos: &[[f32; 3]]| {
                 pairs.eval(|wi, wr, to| table.eval_batch_at(level, albedos, quantity, wi, wr, to))
             };

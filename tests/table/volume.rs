@@ -32,15 +32,15 @@ fn more_bytes_err_less_and_fit_the_budget() {
     for name in ["denim", "felt"] {
         let table = tiny_table(name);
         let pairs = protocol_pairs(&fabric(name), 2048, 9);
-        let truth = Truth::of_model(&Baked(&table), pairs, Progress::silent()).unwrap();
+        let truth = Truth::of_model(&Baked(table), pairs, Progress::silent()).unwrap();
         let mut before = f64::INFINITY;
         for max_bytes in [64 << 10, 1 << 20, 8 << 20] {
-            let volume = volume(&table, max_bytes);
+            let volume = volume(table, max_bytes);
             assert!(volume.bytes() <= max_bytes);
             assert_eq!(volume.bytes(), volume.to_bytes().len());
             assert!(volume.size().into_iter().all(|side| side <= 2048));
             let values = |filter| {
-                let shader = Shader(Lookup::new(&table, &volume, filter));
+                let shader = Shader(Lookup::new(table, &volume, filter));
                 let values = truth.values_of(&shader, Progress::silent()).unwrap();
                 truth.errors_of(&values).all.mean
             };
@@ -50,7 +50,7 @@ fn more_bytes_err_less_and_fit_the_budget() {
                 "{name}: {exact} after {before}"
             );
             assert!((eight_bit - exact).abs() < 3e-4, "{name}: {eight_bit}");
-            assert!(parameters(&table, &volume).len() <= 1024, "16 KiB");
+            assert!(parameters(table, &volume).len() <= 1024, "16 KiB");
             before = exact;
         }
         assert!(before < 5e-3, "{name}: {before}");
@@ -62,7 +62,7 @@ fn a_volume_does_not_depend_on_the_number_of_threads() {
     let table = tiny_table("weft-knit-curve");
     let of = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("threads").install(|| volume(&table, 256 << 10))
+        pool.expect("threads").install(|| volume(table, 256 << 10))
     };
     assert_eq!(of(1), of(3));
 }
@@ -102,9 +102,9 @@ fn what_was_baked_of_a_part_of_the_pairs_is_in_its_volume() {
 #[test]
 fn a_table_without_grids_has_a_volume_of_one_texel() {
     let table = tiny_table("faux-suede");
-    let volume = volume(&table, 1 << 10);
+    let volume = volume(table, 1 << 10);
     assert_eq!((volume.size(), volume.grids().len()), ([1, 1, 1], 0));
-    let lookup = Lookup::new(&table, &volume, Filter::Exact);
+    let lookup = Lookup::new(table, &volume, Filter::Exact);
     let (wi, wr) = ([0.0, 0.6, 0.8], [0.28, 0.0, 0.96]);
     for (a, b) in lookup.eval(wi, wr).into_iter().zip(table.eval(wi, wr)) {
         assert!((a - b).abs() <= 1e-5 * b);
@@ -120,7 +120,7 @@ fn budgets_that_cannot_be_met_are_refused() {
             max_bytes,
             ..Settings::default()
         };
-        Volume::new(&table, &settings).map(|volume| volume.bytes())
+        Volume::new(table, &settings).map(|volume| volume.bytes())
     };
     assert!(matches!(
         of(100),
@@ -132,7 +132,7 @@ fn budgets_that_cannot_be_met_are_refused() {
             max_side,
             ..Settings::default()
         };
-        Volume::new(&table, &settings).map(|volume| volume.size())
+        Volume::new(table, &settings).map(|volume| volume.size())
     };
     assert!(matches!(shallow(2), Err(Error::TooDeep { side: 2, .. })));
     assert!(
@@ -147,8 +147,8 @@ fn budgets_that_cannot_be_met_are_refused() {
 fn direct_integration_with_many_midpoints_is_the_model() {
     let fabric = fabric("denim");
     let table = tiny_table("denim");
-    let volume = volume(&table, 64 << 10);
-    let lookup = Lookup::new(&table, &volume, Filter::Exact);
+    let volume = volume(table, 64 << 10);
+    let lookup = Lookup::new(table, &volume, Filter::Exact);
     let truth = Truth::new(&fabric, 64, 4, Progress::silent()).unwrap();
     let value = |pair: &sateen::metrics::Pair| {
         let single = |w: [f64; 3]| w.map(|x| x as f32);

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
+#[cfg(unix)]
+use crate::common::process::{signal, wait_for_rest, wait_for_work, wait_until, work_of};
+use crate::common::skip;
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -224,6 +227,7 @@ fn eval_reproduces_golden_components() {
             2,
             "the golden column passes through"
         );
+        assert_eq!(text.lines().count(), 137);
         for line in text.lines().skip(1) {
             let cells: Vec<f64> = line
                 .split(',')
@@ -437,11 +441,17 @@ fn a_full_disk_leaves_nothing_behind() {
         assert_cmd::cargo::cargo_bin("sateen").display(),
         folder.path().display()
     );
-    let full = Process::new("unshare")
-        .args(["--mount", "bash", "-c", &script])
-        .output();
-    match full {
-        Ok(full) if full.status.success() => {
+    // Root may mount, and who is not root is one in a namespace of users, where there are such.
+    let mut full = [&[][..], &["--user", "--map-root-user"]]
+        .into_iter()
+        .map(|user| {
+            Process::new("unshare")
+                .args(user)
+                .args(["--mount", "bash", "-c", &script])
+                .output()
+        });
+    match full.find_map(|full| full.ok().filter(|full| full.status.success())) {
+        Some(full) => {
             let stderr = String::from_utf8_lossy(&full.stderr);
             assert_eq!(String::from_utf8_lossy(&full.stdout), "status 1\n");
             assert!(
@@ -449,7 +459,7 @@ fn a_full_disk_leaves_nothing_behind() {
                 "{stderr}"
             );
         }
-        _ => eprintln!("skipped: no disk can be mounted here"),
+        None => skip("no disk can be mounted here"),
     }
 }
 
@@ -479,7 +489,7 @@ fn a_read_only_folder_is_named() {
         Command::new(bin)
     };
     if is_root && Process::new("setpriv").arg("--version").output().is_err() {
-        eprintln!("skipped: root may write everywhere, and there is no setpriv to be another");
+        skip("root may write everywhere, and there is no setpriv to be another");
         return;
     }
     bake.args(["bake", "denim", "faux-suede", "--preset", "fine", "-o"])
@@ -553,24 +563,14 @@ fn start(arguments: &[&str], output: &Path) -> Child {
         .unwrap()
 }
 
-/// Sends `signal` and waits for the end, which comes in time.
-fn end(child: &mut Child, signal: &str) -> Option<i32> {
-    Process::new("kill")
-        .args([signal, &child.id().to_string()])
-        .status()
-        .unwrap();
+/// Sends a signal and waits for the end, which comes in time.
+#[cfg(unix)]
+fn end(child: &mut Child, name: &str) -> Option<i32> {
+    signal(child, name);
     let start = Instant::now();
     let status = child.wait().unwrap();
-    assert!(start.elapsed() < END, "{signal}: {:?}", start.elapsed());
+    assert!(start.elapsed() < END, "{name}: {:?}", start.elapsed());
     status.code()
-}
-
-fn wait_for(path: &Path) {
-    let start = Instant::now();
-    while !path.exists() {
-        assert!(start.elapsed() < Duration::from_secs(60), "{path:?}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
 }
 
 #[cfg(unix)]
@@ -581,8 +581,7 @@ fn an_interrupt_ends_a_bake_soon_and_leaves_nothing_half_written() {
         let arguments = ["bake", "faux-suede", "denim", "--preset", "fine"];
         let mut bake = start(&arguments, folder.path());
         let suede = folder.path().join("faux-suede.sateen");
-        wait_for(&suede);
-        std::thread::sleep(Duration::from_millis(300));
+        wait_until("the first table", || suede.exists());
         assert!(
             bake.try_wait().unwrap().is_none(),
             "the second table takes minutes"
@@ -632,6 +631,7 @@ fn whatever_a_verb_is_at_an_interrupt_ends_it_within_a_second() {
     }
     let csv = pairs(folder.path(), &format!("{HEADER}\n{row}"));
     let csv = csv.to_str().unwrap();
+    // Moments in seconds of processor time.
     for (arguments, moments) in [
         // At its start, planning, and choosing tilts.
         (
@@ -658,7 +658,7 @@ fn whatever_a_verb_is_at_an_interrupt_ends_it_within_a_second() {
         for moment in moments {
             let output = folder.path().join("output");
             let mut child = start(arguments, &output);
-            std::thread::sleep(Duration::from_secs_f64(*moment));
+            wait_for_work(&mut child, *moment);
             assert!(child.try_wait().unwrap().is_none(), "{arguments:?}");
             let code = end(&mut child, "-INT");
             assert_eq!(code, Some(1), "{arguments:?}");
@@ -690,7 +690,7 @@ fn an_interrupt_ends_what_nobody_reads() {
         .spawn()
         .unwrap();
     // Pipes are full after 64 KiB.
-    std::thread::sleep(Duration::from_secs(1));
+    wait_for_rest(&mut eval);
     assert!(eval.try_wait().unwrap().is_none(), "it waits for a reader");
     assert_eq!(end(&mut eval, "-TERM"), Some(1));
 }
@@ -721,16 +721,16 @@ fn a_killed_bake_leaves_whole_tables_and_is_resumed() {
         folder.path().join("undisturbed"),
         folder.path().join("killed"),
     );
-    let clock = Instant::now();
-    assert!(start(&SOME, &undisturbed).wait().unwrap().success());
-    let whole = clock.elapsed().as_secs_f64();
+    let mut bake = start(&SOME, &undisturbed);
+    let whole = work_of(&mut bake);
+    assert!(bake.wait().unwrap().success());
     let expected = contents(&undisturbed);
     assert_eq!(expected.len(), 4);
 
     let arguments = [&SOME[..], &["--resume"]].concat();
     for share in [0.01, 0.3, 0.02, 0.5, 0.1, 0.05, 0.2, 0.4] {
         let mut bake = start(&arguments, &killed);
-        std::thread::sleep(Duration::from_secs_f64(share * whole));
+        wait_for_work(&mut bake, share * whole);
         let _ = bake.kill();
         bake.wait().unwrap();
         for (name, bytes) in contents(&killed) {
