@@ -9,7 +9,7 @@ use sateen::lookup::Quantity;
 use sateen::math::simd::{Kernel, Row, Vector};
 use sateen::table::{Error, Table};
 
-/// The table of `silk-crepe-de-chine-2.0.sateen`, its chunks stored: `tests/table_format.rs` sees to it.
+/// The table of `silk-crepe-de-chine-2.0.sateen`, its chunks stored: `tests/table/format.rs` sees to it.
 const STORED: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-2.0-stored.sateen");
 /// ρ of it.
 const RHO: &str = include_str!("data/tables/silk-crepe-de-chine-2.0.txt");

@@ -151,7 +151,7 @@ proptest! {
         index in 0..LIBRARY.len(), wi in direction(), wr in direction(),
     ) {
         let fabric = LIBRARY[index].load();
-        // Of woven cloth; what symmetries curves have is in tests/curves.rs.
+        // Of woven cloth; what symmetries curves have is in curves.rs.
         let is_woven = |name: &str| name == "warp" || name == "weft";
         prop_assume!(fabric.threads.iter().all(|thread| thread.is_straight() && is_woven(&thread.name)));
         let model = Sadeghi::<f64>::new(&fabric, Rule::Adaptive(1e-9));

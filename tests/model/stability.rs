@@ -305,21 +305,104 @@ fn any_fabric() -> impl Strategy<Value = Fabric> {
     )
 }
 
+fn holds_in_single_precision(fabric: &Fabric, seed: u64) -> Result<(), TestCaseError> {
+    let options = Options {
+        pairs: 20,
+        sweeps: Vec::new(),
+        seed,
+        ..Options::default()
+    };
+    for case in tried(fabric, options).cases {
+        for verdict in &case.verdicts {
+            prop_assert!(
+                verdict.not_finite == 0 && verdict.negative == 0,
+                "{case:#?}\n{}",
+                fabric.toml
+            );
+            for Worst {
+                value,
+                pair: [wi, wr],
+            } in [verdict.deviation, verdict.step]
+            {
+                let is_told_apart = wi[2].max(wr[2]) > TOLD_APART;
+                prop_assert!(
+                    !is_told_apart || value <= WORST_OF_ANY_FABRIC,
+                    "{case:#?}\n{}",
+                    fabric.toml
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+fn bakes_to_light(fabric: &Fabric, directly: bool) -> Result<(), TestCaseError> {
+    let settings = Settings {
+        direct: if directly {
+            Direct::Always
+        } else {
+            Direct::Never
+        },
+        error_pairs: 16,
+        max_bytes: 16 << 10,
+        tolerance: 1e-2,
+        ..tiny()
+    };
+    let table = bake(fabric, &settings, Progress::silent()).unwrap();
+    let file = table.to_bytes().unwrap();
+    let read = sateen::table::Table::from_bytes(&file);
+    prop_assert_eq!(read.as_ref(), Ok(&table));
+    let hard = Geometry::ALL
+        .into_iter()
+        .flat_map(|geometry| geometry.pairs(fabric, 20, 1));
+    let hostile = hostile_directions();
+    let hostile = hostile
+        .iter()
+        .flat_map(|wi| hostile.iter().map(|wr| [*wi, *wr]));
+    for [wi, wr] in hard.chain(hostile.step_by(7)) {
+        let (rho, brdf) = (table.eval_cos(wi, wr), table.eval(wi, wr));
+        for x in rho.iter().chain(&brdf) {
+            prop_assert!(
+                x.is_finite() && *x >= 0.0,
+                "{wi:?} {wr:?}: {rho:?}\n{}",
+                fabric.toml
+            );
+        }
+        if !(wi[2] > 0.0 && wr[2] > 0.0) {
+            prop_assert_eq!(rho, [0.0; 3]);
+        }
+    }
+    Ok(())
+}
+
+// The first cases of each sweep.
+proptest! {
+    #![proptest_config(cases(16))]
+
+    #[test]
+    fn any_fabric_holds_in_single_precision(fabric in any_fabric(), seed in any::<u64>()) {
+        holds_in_single_precision(&fabric, seed)?;
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(6))]
+
+    #[test]
+    fn any_fabric_bakes_to_a_table_that_is_finite_and_dark_below_the_surface(
+        fabric in any_fabric(), directly in any::<bool>(),
+    ) {
+        bakes_to_light(&fabric, directly)?;
+    }
+}
+
 proptest! {
     #![proptest_config(cases(96))]
 
     #[test]
-    fn any_fabric_holds_in_single_precision(fabric in any_fabric(), seed in any::<u64>()) {
-        let options = Options { pairs: 20, sweeps: Vec::new(), seed, ..Options::default() };
-        for case in tried(&fabric, options).cases {
-            for verdict in &case.verdicts {
-                prop_assert!(verdict.not_finite == 0 && verdict.negative == 0, "{case:#?}\n{}", fabric.toml);
-                for Worst { value, pair: [wi, wr] } in [verdict.deviation, verdict.step] {
-                    let is_told_apart = wi[2].max(wr[2]) > TOLD_APART;
-                    prop_assert!(!is_told_apart || value <= WORST_OF_ANY_FABRIC, "{case:#?}\n{}", fabric.toml);
-                }
-            }
-        }
+    #[ignore = "a sweep: scripts/sweeps.sh"]
+    fn many_fabrics_hold_in_single_precision(fabric in any_fabric(), seed in any::<u64>()) {
+        holds_in_single_precision(&fabric, seed)?;
     }
 
     #[test]
@@ -339,32 +422,11 @@ proptest! {
     #![proptest_config(cases(16))]
 
     #[test]
-    fn any_fabric_bakes_to_a_table_that_is_finite_and_dark_below_the_surface(
+    #[ignore = "a sweep: scripts/sweeps.sh"]
+    fn many_fabrics_bake_to_tables_that_are_finite_and_dark_below_the_surface(
         fabric in any_fabric(), directly in any::<bool>(),
     ) {
-        let settings = Settings {
-            direct: if directly { Direct::Always } else { Direct::Never },
-            error_pairs: 16,
-            max_bytes: 16 << 10,
-            tolerance: 1e-2,
-            ..tiny()
-        };
-        let table = bake(&fabric, &settings, Progress::silent()).unwrap();
-        let file = table.to_bytes().unwrap();
-        let read = sateen::table::Table::from_bytes(&file);
-        prop_assert_eq!(read.as_ref(), Ok(&table));
-        let hard = Geometry::ALL.into_iter().flat_map(|geometry| geometry.pairs(&fabric, 20, 1));
-        let hostile = hostile_directions();
-        let hostile = hostile.iter().flat_map(|wi| hostile.iter().map(|wr| [*wi, *wr]));
-        for [wi, wr] in hard.chain(hostile.step_by(7)) {
-            let (rho, brdf) = (table.eval_cos(wi, wr), table.eval(wi, wr));
-            for x in rho.iter().chain(&brdf) {
-                prop_assert!(x.is_finite() && *x >= 0.0, "{wi:?} {wr:?}: {rho:?}\n{}", fabric.toml);
-            }
-            if !(wi[2] > 0.0 && wr[2] > 0.0) {
-                prop_assert_eq!(rho, [0.0; 3]);
-            }
-        }
+        bakes_to_light(&fabric, directly)?;
     }
 }
 

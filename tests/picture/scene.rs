@@ -744,7 +744,7 @@ fn hills(triangles: u32) -> Mesh {
     })
 }
 
-/// Run by hand, in the release profile: `cargo test --release --test scene -- --ignored --nocapture`.
+/// Run by hand, in the release profile: `cargo test --release --test picture -- --ignored --nocapture`.
 #[test]
 #[ignore = "it measures time"]
 fn a_million_triangles_take_seconds() {

@@ -165,14 +165,14 @@ fn standard_tables_keep_their_promise() {
 }
 
 #[test]
-#[ignore = "bakes for several minutes"]
+#[ignore = "a sweep: scripts/sweeps.sh"]
 fn tables_of_curves_keep_their_promise() {
     keep_their_promise(Preset::Draft, "draft", &DRAFT, |name| SLOW.contains(&name));
     keep_their_promise(Preset::Standard, "standard", &STANDARD, is_slow);
 }
 
 #[test]
-#[ignore = "bakes for several minutes"]
+#[ignore = "a sweep: scripts/sweeps.sh"]
 fn fine_tables_of_the_whole_library_keep_their_promise() {
     let promise = Promise {
         mean: 0.0008,

@@ -1,6 +1,6 @@
 //! Tables of what is needed alone: they are those of everything wherever they were baked, and say so where not.
 
-use crate::common::{assert_light, fabric, hostile_directions, tiny};
+use crate::common::{assert_light, fabric, hostile_directions, tiny, tiny_table};
 use proptest::prelude::*;
 use std::sync::LazyLock;
 
@@ -28,17 +28,18 @@ fn full(fabric: &Fabric, settings: &Settings) -> Table {
     bake(fabric, settings, Progress::silent()).unwrap()
 }
 
-/// Tables of [`FABRICS`] that several tests look at: of everything, and of [`some_needs`].
-static TABLES: LazyLock<Vec<[Table; 2]>> = LazyLock::new(|| {
-    let both = |name: &str| {
-        let fabric = fabric(name);
-        [
-            full(&fabric, &tiny()),
-            pruned(&fabric, &tiny(), &some_needs()),
-        ]
-    };
-    FABRICS.into_iter().map(both).collect()
-});
+/// Tables of [`FABRICS`], of everything and of [`some_needs`]: the latter count what they miss, and are one's own.
+fn tables() -> impl Iterator<Item = (&'static str, &'static Table, Table)> {
+    static PARTS: LazyLock<Vec<Table>> = LazyLock::new(|| {
+        let part = |name: &str| pruned(&fabric(name), &tiny(), &some_needs());
+        FABRICS.into_iter().map(part).collect()
+    });
+    let parts = PARTS.iter().cloned();
+    FABRICS
+        .into_iter()
+        .zip(parts)
+        .map(|(name, part)| (name, tiny_table(name), part))
+}
 
 fn pruned(fabric: &Fabric, settings: &Settings, needs: &Needs) -> Table {
     let scope = Scope {
@@ -66,7 +67,7 @@ const FABRICS: [&str; 4] = ["polyester-lining", "corduroy", "felt", "weft-knit-c
 #[test]
 fn where_it_was_baked_a_table_is_that_of_everything_to_the_last_bit() {
     let needs = some_needs();
-    for (name, [full, pruned]) in FABRICS.into_iter().zip(TABLES.clone()) {
+    for (name, full, pruned) in tables() {
         let fabric = fabric(name);
         assert!(pruned.is_partial() && !full.is_partial());
         assert!(pruned.decoded_bytes() < full.decoded_bytes(), "{name}");
@@ -116,7 +117,7 @@ fn light_from_the_viewer_needs_a_fiftieth() {
     let settings = tiny();
     let mut needs = Needs::none();
     needs.add_collocated(&Directions::all());
-    for (name, [full, _]) in FABRICS.into_iter().zip(TABLES.clone()) {
+    for (name, full, _) in tables() {
         let fabric = fabric(name);
         let pruned = pruned(&fabric, &settings, &needs);
         let bytes = pruned.to_bytes().unwrap();
@@ -149,14 +150,14 @@ fn the_nearest_value_is_light() {
         .iter()
         .flat_map(|wi| directions.iter().map(|wr| [*wi, *wr]))
         .collect();
-    for (name, [_, pruned]) in FABRICS.into_iter().zip(TABLES.clone()) {
+    for (name, _, pruned) in tables() {
         assert_light(name, &pruned, &pairs);
     }
 }
 
 #[test]
 fn a_part_survives_being_a_file() {
-    for [_, table] in TABLES.clone() {
+    for (_, _, table) in tables() {
         assert_eq!(table.format(), (2, 4));
         let bytes = table.to_bytes().unwrap();
         let read = Table::from_bytes(&bytes).unwrap();
@@ -171,7 +172,7 @@ fn a_part_survives_being_a_file() {
 fn everything_is_everything() {
     let fabric = fabric("denim");
     let all = pruned(&fabric, &tiny(), &Needs::everything());
-    let table = full(&fabric, &tiny());
+    let table = tiny_table("denim");
     assert!(all.has_all_pairs());
     assert_eq!(all.decoded_bytes(), table.decoded_bytes());
     let scope = Scope {

@@ -241,7 +241,7 @@ fn bad_arguments_are_refused_under_sanitizers() {
             .arg(&program));
         program
     };
-    let arguments = program("cc", "-std=c99", "tests/ffi/arguments.c");
+    let arguments = program("cc", "-std=c99", "tests/tool/ffi/arguments.c");
     run(Command::new(arguments).args([&stored, &compressed]));
     let shade = program("cc", "-std=c99", "examples/c/shade.c");
     run(Command::new(shade).arg(&compressed));
