@@ -162,7 +162,8 @@ def cuts_of(th, direction, wi, wr, a, b):
     wi, wr = along(direction, wi), along(direction, wr)
     p_i, p_r = np.arctan2(wi[0], wi[2]), np.arctan2(wr[0], wr[2])
     h = np.arctan2(wi[0] + wr[0], wi[2] + wr[2])
-    # A tilt d turns ψ into ψ + d: visibility ends at ψ + d = ±90°, |ψ_i| = |ψ_r| at d = −(ψ_i + ψ_r) / 2, the highlight is at ψ_h + d = 0.
+    # A tilt d turns ψ into ψ + d: visibility ends at ψ + d = ±90°, |ψ_i| = |ψ_r| at d = −(ψ_i + ψ_r) / 2,
+    # and the highlight is at ψ_h + d = 0.
     cuts = [a, b, -p_i + np.pi / 2, -p_i - np.pi / 2, -p_r + np.pi / 2, -p_r - np.pi / 2, -(p_i + p_r) / 2]
     cuts += [-h + m * g for g in (th["gs"], th["gv"]) for m in (-8, -4, -2, -1, 0, 1, 2, 4, 8)]
     return np.unique([c for c in cuts if a <= c <= b])
