@@ -11,7 +11,7 @@
 
 Needs numpy: `uv run scripts/oracle.py` brings it.
 
-Directions are unit vectors in the surface's frame (x = warp, y = weft, z = normal) and point away from the surface; wi = light, wr = viewer.
+Directions are unit vectors in the surface's frame (x = warp, y = weft, z = normal), away from the surface; wi = light, wr = viewer.
 Columns: of every thread its surface and volume response S and V, averaged over the tangents, without colour, with M, P and the longitudinal
 cos θ_i in them, and its mean projection P; then Q, and ρ of red, green and blue: BRDF × cosine in 1/sr, so that L_r = ∫ L_i ρ dω_i.
 """
