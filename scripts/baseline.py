@@ -3,7 +3,7 @@
 
     scripts/baseline.py [PRESET…] [FABRIC…]     default: draft standard fine, of all fabrics; other rows stay as they are
 
-Errors, sizes and differences of pictures are the same everywhere; tests/accuracy.rs fails when an error has grown. Times are a record of the
+Errors, sizes and differences of pictures are the same everywhere; tests/table/accuracy.rs fails when an error has grown. Times are a record of the
 machine that the script ran on, in batches and one pair at a time, and tested by nothing.
 """
 import csv

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Looks for undefined behaviour in what is `unsafe`, src/math/simd, src/lookup/interpolate.rs and src/table/numbers.rs (src/ffi:
-# tests/ffi.rs), by tests/core.rs: under Miri,
+# tests/tool/ffi.rs), by tests/core.rs: under Miri,
 # AddressSanitizer and valgrind. What is not installed is skipped, and said to be:
 #
 #     rustup toolchain install nightly --component miri,rust-src; apt install valgrind

@@ -1,17 +1,70 @@
 //! What several tests need.
-#![allow(dead_code, reason = "each test file uses a part")]
+#![allow(dead_code, reason = "each binary uses a part")]
 
 #[cfg(feature = "bake")]
 pub(crate) mod hostile;
+pub(crate) mod process;
 
+use std::io::Write;
+use std::sync::Once;
+
+use sateen::math::simd::Level;
 use sateen::table::Table;
 
 #[cfg(feature = "bake")]
 mod baking;
 
 #[cfg(feature = "bake")]
-#[allow(unused_imports, reason = "each test file uses a part")]
+#[allow(unused_imports, reason = "each binary uses a part")]
 pub(crate) use baking::*;
+
+/// Says something that is seen of passing tests, too: what they print is not.
+pub(crate) fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// For a test, or a part of one, that the machine lacks something for: says so, and panics where `SATEEN_REQUIRE_ALL=1`.
+pub(crate) fn skip(what: &str) {
+    let is_required = std::env::var_os("SATEEN_REQUIRE_ALL").is_some_and(|value| value == "1");
+    assert!(!is_required, "{what}, and SATEEN_REQUIRE_ALL=1");
+    say(&format!("SKIPPED: {what}"));
+}
+
+/// The levels of the processor, and which there are beside them. Panics if the library does not use all that it could.
+pub(crate) fn levels() -> Vec<Level> {
+    static SAID: Once = Once::new();
+    let (there, missing): (Vec<Level>, Vec<Level>) = Level::ALL.into_iter().partition(is_there);
+    for level in Level::ALL {
+        assert_eq!(level.is_available(), there.contains(&level), "{level:?}");
+    }
+    let names = |levels: &[Level]| levels.iter().map(|level| level.name()).collect::<Vec<_>>();
+    SAID.call_once(|| {
+        say(&format!(
+            "levels {:?}, not {:?}",
+            names(&there),
+            names(&missing)
+        ));
+    });
+    there
+}
+
+/// Whether the processor, or Miri, has the instructions.
+#[cfg(target_arch = "x86_64")]
+fn is_there(level: &Level) -> bool {
+    let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+    let is_small = cfg!(feature = "small");
+    match level.name() {
+        "portable" => true,
+        "avx2" => avx2,
+        "avx512" => avx2 && is_x86_feature_detected!("avx512f") && !is_small,
+        other => panic!("{other} is tested nowhere"),
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn is_there(level: &Level) -> bool {
+    *level == Level::Portable
+}
 
 /// Panics unless `bytes` are no table, or one that evaluates to light for ordinary and hostile directions.
 pub(crate) fn assert_refused_or_light(name: &str, bytes: &[u8]) {

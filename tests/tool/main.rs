@@ -1,0 +1,13 @@
+//! The tool and the library for C, from outside.
+#![cfg(feature = "zstd")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+#[cfg(feature = "cli")]
+mod cli;
+mod ffi;
+#[cfg(feature = "cli")]
+mod report;
+#[cfg(feature = "cli")]
+mod stress;
