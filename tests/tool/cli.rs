@@ -734,16 +734,19 @@ const SOME: [&str; 7] = [
     "draft",
 ];
 
-/// The bytes of all that is in a folder, by name.
-fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
+/// Names and bytes of files.
+type Contents = Vec<(String, Vec<u8>)>;
+
+/// All that is in a folder.
+fn contents(folder: &Path) -> Contents {
     let read = |name: String| (name.clone(), fs::read(folder.join(name)).unwrap());
     names_in(folder).into_iter().map(read).collect()
 }
 
 /// What [`SOME`] bakes alone, and how many seconds of processor time it takes, by one bake for all tests.
 #[cfg(unix)]
-fn undisturbed() -> &'static (Vec<(String, Vec<u8>)>, f64) {
-    static UNDISTURBED: OnceLock<(Vec<(String, Vec<u8>)>, f64)> = OnceLock::new();
+fn undisturbed() -> &'static (Contents, f64) {
+    static UNDISTURBED: OnceLock<(Contents, f64)> = OnceLock::new();
     UNDISTURBED.get_or_init(|| {
         let folder = folder();
         let mut bake = start(&SOME, folder.path());
