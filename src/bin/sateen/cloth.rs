@@ -163,7 +163,7 @@ pub(crate) fn dyed_table<R: Real>(
     let (_, baked) = provenance(&table, path)?;
     if !baked.is_dyed_like(fabric) {
         bail!(
-            "{} is a table of {}, but its parameters are not those of {}; {remedy}",
+            "{} is a table of {}, which is not the {} that is asked for; {remedy}",
             path.display(),
             baked.name,
             fabric.name
