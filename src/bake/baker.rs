@@ -37,8 +37,8 @@ pub struct Baked {
 /// Bakes one table of `fabric` and measures its error. The same input gives the same table on any number of workers, unless there is
 /// a budget of time.
 ///
-/// Where `request` has a scope, the table is that of everything there, to the last bit, unless fixed albedos are in it; its error is measured on pairs
-/// that it has.
+/// Where `request` has a scope, the table is that of everything there, to the last bit, unless fixed albedos are in it; its error is
+/// measured on pairs that it has.
 ///
 /// # Errors
 /// When `progress` says stop, the fabric is not what its TOML text says, or nothing is needed of it.
