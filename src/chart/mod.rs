@@ -11,8 +11,8 @@
 //! u₃ = φ_h / (π/2)                         the mirror s → −s makes φ_h ≥ 0 and leaves S and V alone
 //! ```
 //!
-//! The first coordinate is the sharp one: θ_h in the [thesis] chart, the half vector's ψ in the
-//! [highlight] chart.
+//! The first coordinate is the sharp one: θ_h in the `thesis` chart, the half vector's ψ in the
+//! `highlight` chart.
 //!
 //! Where a range shrinks to nothing (|θ_h| = 90°: both directions along the thread; φ_h = 90°: both at the same side's
 //! horizon) its coordinate is ½. At a pole of the thread, which lies on the horizon, φ is 0 by convention of atan2.
@@ -23,7 +23,7 @@
 //! wi = wr is u₁ = u₂ = ½ and the mirror pair has θ_h = 0 and φ_h = 0: grid planes, not singularities.
 //!
 //! A thread whose direction changes along its curve may lack the mirror; then u₃ spans both signs of φ_h. One that goes in all
-//! directions evenly needs three coordinates ([`isotropic`]), and what only the viewer sees needs two ([`view`]). What a grid
+//! directions evenly needs three coordinates (`isotropic`), and what only the viewer sees needs two (`view`). What a grid
 //! is a function of, of all that, are its [`Coordinates`].
 
 mod coordinates;

@@ -2,7 +2,7 @@
 //!
 //! A [`Table`] has the parameters of a fabric's visible threads and, for each, what is needed to evaluate it: single tilts by
 //! their closed form, which is exact and needs no bytes; the smoothly spread segments from a [`Grid`], or by a few placed
-//! tilts ([`PlacedNodes`]) where a grid would err more or cost more. `FORMAT.md` describes the file.
+//! tilts (`PlacedNodes`) where a grid would err more or cost more. `FORMAT.md` describes the file.
 //!
 //! A single tilt in a grid is the hardest thing to interpolate: sharp, with the kinks of M and P undamped. Mean error of ρ
 //! with the tilts in a grid of 2 MB and with their closed form: silk crepe de chine 0.51 % → 0.06 %, charmeuse front
