@@ -45,7 +45,9 @@ names_none_of "src/ffi" fabric pattern model metrics fit bake progress report st
 names_none_of "src/lookup" fabric model metrics fit bake progress report stress render scene volume shader export
 names_none_of "src/volume" fabric model metrics fit bake progress report stress render scene shader export
 names_none_of "src/shader" fabric model metrics fit bake progress report stress render scene export
-names_none_of "src/fabric" pattern chart table lookup model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/text.rs" fabric pattern mesh chart table lookup model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/mesh" fabric pattern chart table lookup model metrics fit bake progress report stress render scene volume shader export
+names_none_of "src/fabric" mesh pattern chart table lookup model metrics fit bake progress report stress render scene volume shader export
 names_none_of "src/pattern" chart table lookup model metrics fit bake progress report stress render scene volume shader export
 names_none_of "src/model" chart table lookup metrics fit bake progress report stress render scene volume shader export
 names_none_of "src/metrics" fit bake report stress render scene export
