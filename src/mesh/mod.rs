@@ -13,7 +13,9 @@ use glam::{DVec3, Vec2, Vec3};
 pub use gltf::{Camera, Light, Projection, Punctual};
 pub use hanging::{curtain, skirt, trousers};
 pub use load::{MAX_MESH_BYTES, MeshError, MeshFile, Part, load_mesh};
-pub(crate) use trace::{Met, Solid};
+#[cfg(feature = "scene")]
+pub(crate) use trace::Met;
+pub(crate) use trace::Solid;
 
 /// Triangles of a cloth.
 #[derive(Debug, Clone, Default)]

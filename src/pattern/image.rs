@@ -234,3 +234,39 @@ pub(super) fn srgb_to_linear(value: f32) -> f32 {
         ((value + 0.055) / 1.055).powf(2.4)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use image::{DynamicImage, ImageFormat, RgbaImage};
+
+    use super::*;
+
+    #[test]
+    fn every_kind_of_png_is_decoded() {
+        let image = DynamicImage::from(RgbaImage::from_fn(5, 3, |x, y| {
+            image::Rgba([40 * x as u8, 90 * y as u8, 7, 255 - 60 * x as u8])
+        }));
+        for image in [
+            DynamicImage::from(image.to_luma8()),
+            image.to_luma16().into(),
+            image.to_luma_alpha8().into(),
+            image.to_luma_alpha16().into(),
+            image.to_rgb8().into(),
+            image.to_rgb16().into(),
+            image.to_rgba16().into(),
+            image.clone(),
+        ] {
+            let mut bytes = Cursor::new(Vec::new());
+            image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+            let decoded = decode(bytes.get_ref()).unwrap();
+            let expected = image.to_rgba32f();
+            assert_eq!((decoded.width, decoded.height), (5, 3));
+            for (found, expected) in decoded.pixels().zip(expected.pixels()) {
+                for (found, expected) in found.into_iter().zip(expected.0) {
+                    // Grey values are multiplied there, and divided here.
+                    assert!((found - expected).abs() < 1e-7, "{found} {expected}");
+                }
+            }
+        }
+    }
+}

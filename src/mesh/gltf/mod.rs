@@ -98,6 +98,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Contents, String> {
         ));
     }
     check_extensions(&root)?;
+    check_primitives(&root)?;
     let nodes = placed(&root)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let data = Data {
@@ -151,6 +152,30 @@ fn check_extensions(root: &Root) -> Result<(), String> {
         } else {
             format!("it requires {name}, which is not supported; export it without")
         });
+    }
+    Ok(())
+}
+
+/// That there is what meshes name, whether a node has them or not.
+fn check_primitives(root: &Root) -> Result<(), String> {
+    for (index, mesh) in root.meshes.iter().enumerate() {
+        for (k, primitive) in mesh.primitives.iter().enumerate() {
+            let by = format!("meshes[{index}].primitives[{k}]");
+            let attributes = &primitive.attributes;
+            let accessors = [
+                attributes.position,
+                attributes.normal,
+                attributes.tangent,
+                attributes.texcoord_0,
+                primitive.indices,
+            ];
+            for accessor in accessors.into_iter().flatten() {
+                entry(&root.accessors, accessor, "accessor", &by)?;
+            }
+            if let Some(material) = primitive.material {
+                entry(&root.materials, material, "material", &by)?;
+            }
+        }
     }
     Ok(())
 }
@@ -256,9 +281,6 @@ fn add_primitive(
     // Points and lines are no cloth.
     if primitive.mode < 4 {
         return Ok(());
-    }
-    if let Some(material) = primitive.material {
-        entry(&data.root.materials, material, "material", by)?;
     }
     let attributes = &primitive.attributes;
     let Some(positions) = attributes.position else {
