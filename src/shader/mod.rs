@@ -22,7 +22,7 @@
 //!
 //! `wi` and `wr` are unit vectors to the light and to the viewer in the surface frame (x warp, y weft, z normal). They do what the
 //! lookup does, under the same names: single tilts, projections and threads without a grid by their closed forms ([`crate::brdf`]),
-//! threads with one by their volume. [`Lookup`] is the same in Rust, step by step: what shaders are held to (`tests/shader.rs`).
+//! threads with one by their volume. [`Lookup`] is the same in Rust, step by step: what shaders are held to (`tests/gpu/shader.rs`).
 //!
 //! # Parameters
 //!

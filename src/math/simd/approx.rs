@@ -2,7 +2,7 @@
 //!
 //! Coefficients minimise the largest error (Lawson's iteratively reweighted least squares in f64, rounded to f32).
 //! Largest errors against f64, over 200 000 arguments each: atan2 all around the circle 2.8e-7 radians (half an ulp at π is
-//! 1.2e-7), exp on −87…88 2.2e-7 of its value, sine and cosine on ±10 1.6e-7 and 3.4e-7. `tests/parity.rs` checks them.
+//! 1.2e-7), exp on −87…88 2.2e-7 of its value, sine and cosine on ±10 1.6e-7 and 3.4e-7. `tests/core.rs` checks them.
 
 use super::Vector;
 

@@ -6,7 +6,7 @@
 //!
 //! Square root and division are correctly rounded everywhere, `mul_add` is fused where the instruction set does so.
 //! `atan2`, `exp` and `sin` are polynomials (`approx`), the same ones everywhere. So instruction sets do not agree to the last
-//! bit, but closely: `tests/parity.rs` has the bounds.
+//! bit, but closely: `tests/table/parity.rs` has the bounds.
 //!
 //! Where exactness counts there are [`Doubles`], the same to the last bit everywhere.
 
