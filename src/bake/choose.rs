@@ -8,6 +8,7 @@
 //! for a single segment and wide lobes nothing beats three or four nodes. Where threads stand almost upright, grids err most
 //! and direct evaluation least.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Settings;
@@ -272,8 +273,12 @@ fn direct_nodes(
                 0.0
             })
         };
-        let sum: f64 = pairs.iter().map(error_of).sum::<Result<_, Cancelled>>()?;
-        let error = sum / pairs.len() as f64;
+        let errors: Vec<f64> = pairs
+            .par_iter()
+            .map(error_of)
+            .collect::<Result<_, Cancelled>>()?;
+        // In their order, whatever the workers do.
+        let error = errors.iter().sum::<f64>() / pairs.len() as f64;
         if error <= wanted || count == MAX_NODES {
             return Ok((rule, nodes.tilts(), error));
         }

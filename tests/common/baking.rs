@@ -42,7 +42,7 @@ pub(crate) fn tiny_table(name: &str) -> &'static Table {
 
 /// Bakes the table of [`tiny_table`] anew.
 pub(crate) fn bake_tiny(name: &str) -> Table {
-    bake(&fabric(name), &tiny(), Progress::silent())
+    bake(&fabric(name), tiny(), Progress::silent())
         .expect("nobody stops it")
         .table
 }

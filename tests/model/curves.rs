@@ -120,7 +120,7 @@ fn a_curve_of_one_direction_is_the_straight_thread_exactly() {
             }
         }
         let [a, b] = [&straight, &curved]
-            .map(|fabric| bake(fabric, &tiny(), Progress::silent()).unwrap().table);
+            .map(|fabric| bake(fabric, tiny(), Progress::silent()).unwrap().table);
         assert_eq!(a.threads(), b.threads());
         assert_eq!(a.format(), b.format());
     }
@@ -277,7 +277,7 @@ fn felt_has_a_table_of_three_axes_and_the_smallest_of_all() {
 #[test]
 fn grids_are_folded_only_where_the_curve_allows() {
     let fold = |fabric: &Fabric| {
-        let table = bake(fabric, &tiny(), Progress::silent()).unwrap().table;
+        let table = bake(fabric, tiny(), Progress::silent()).unwrap().table;
         match table.threads()[0].grid().unwrap().coordinates() {
             Coordinates::Thread {
                 ends_fold,

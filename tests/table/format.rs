@@ -136,7 +136,7 @@ fn the_two_sided_projection_is_kept() {
     let mut fabric = fabric("velvet");
     fabric.toml.insert_str(0, "reweighting = \"both\"\n");
     let fabric = sateen::fabric::Fabric::from_toml(&fabric.toml, "velvet", None).unwrap();
-    let table = bake(&fabric, &tiny(), Progress::silent()).unwrap().table;
+    let table = bake(&fabric, tiny(), Progress::silent()).unwrap().table;
     let read = Table::from_bytes(&table.to_bytes().unwrap()).unwrap();
     assert_eq!(read.reweighting(), sateen::brdf::Reweighting::Both);
     assert_eq!(read, table);
@@ -252,7 +252,7 @@ fn chunks_that_wrap_around_the_address_space_are_refused() {
 fn a_fabric_changed_behind_its_text_is_not_baked() {
     let mut changed = fabric("faux-suede");
     changed.threads[1].coverage = 0.5;
-    assert!(bake(&changed, &tiny(), Progress::silent()).is_err());
+    assert!(bake(&changed, tiny(), Progress::silent()).is_err());
 }
 
 #[test]
