@@ -4,6 +4,7 @@
 //! of the triangles; where it has no tangents they are derived as by Mikkelsen's reference, which engines and modellers share.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
@@ -16,15 +17,19 @@ use crate::text::read_capped;
 /// The most bytes of a file.
 pub const MAX_MESH_BYTES: u64 = 1 << 30;
 
+/// More corners than fit into some gigabytes: a small file may name the same triangles many times.
+pub(super) const MAX_CORNERS: usize = 3 << 23;
+
 /// The largest coordinate.
 const MAX_COORDINATE: f32 = 1e30;
 
 /// Why a file is no mesh that cloth can lie on.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MeshError {
     /// It cannot be read, or is too large.
     #[error("cannot read {0}")]
-    Read(PathBuf, #[source] std::io::Error),
+    Read(PathBuf, #[source] io::Error),
     /// Its name ends in nothing that is known.
     #[error("{0} is neither .obj nor .gltf nor .glb")]
     Unknown(PathBuf),
@@ -95,9 +100,17 @@ impl MeshFile {
     /// # Errors
     /// [`MeshError`] says what is wrong.
     pub fn read(path: &Path) -> Result<Self, MeshError> {
+        Self::from_bytes(path, || read_capped(path, MAX_MESH_BYTES))
+    }
+
+    /// The same, with what is read of `path` itself.
+    #[doc(hidden)]
+    pub fn from_bytes(
+        path: &Path,
+        read: impl Fn() -> io::Result<Vec<u8>>,
+    ) -> Result<Self, MeshError> {
         let of = || path.to_owned();
-        let bytes =
-            || read_capped(path, MAX_MESH_BYTES).map_err(|error| MeshError::Read(of(), error));
+        let bytes = || read().map_err(|error| MeshError::Read(of(), error));
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let contents = match extension.to_str() {
             Some("obj") => Contents {
@@ -182,6 +195,10 @@ pub(super) struct Corner {
     pub(super) normal: Option<Vec3>,
     pub(super) uv: Option<Vec2>,
     pub(super) warp: Option<Vec3>,
+    /// Whether the weft runs against normal × warp, where the warp is known.
+    pub(super) mirrored: bool,
+    /// Whether v grows down an image, as in glTF, where texture coordinates that are not mirrored make a left-handed frame then.
+    pub(super) v_down: bool,
     /// Index of its material, of files that name them.
     pub(super) material: Option<usize>,
 }
@@ -219,6 +236,7 @@ fn to_mesh(mut corners: Corners) -> Mesh {
         mesh.normals.push(normal);
         mesh.warps
             .push(corner.warp.unwrap_or(normal.any_orthogonal_vector()));
+        mesh.mirrored.push(corner.mirrored);
         mesh.uvs.push(corner.uv.unwrap_or_default());
     }
     let count = corners.0.len() as u32 / 3;
@@ -247,12 +265,17 @@ impl Geometry for Corners {
     }
 
     fn tex_coord(&self, face: usize, vertex: usize) -> [f32; 2] {
-        self.0[3 * face + vertex].uv.unwrap_or_default().to_array()
+        let corner = &self.0[3 * face + vertex];
+        let [u, v] = corner.uv.unwrap_or_default().to_array();
+        [u, if corner.v_down { 1.0 - v } else { v }]
     }
 
     fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, vertex: usize) {
-        let warp = &mut self.0[3 * face + vertex].warp;
+        let corner = &mut self.0[3 * face + vertex];
         // The file's own are kept.
-        *warp = warp.or(tangent.map(|tangent| Vec3::from(tangent.tangent())));
+        if let (None, Some(tangent)) = (corner.warp, tangent) {
+            corner.warp = Some(Vec3::from(tangent.tangent()));
+            corner.mirrored = !tangent.is_orientation_preserving();
+        }
     }
 }

@@ -26,6 +26,9 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Along the warp, by vertex: any length, not along the normal.
     pub warps: Vec<Vec3>,
+    /// Whether the weft runs against normal × warp, by vertex: texture coordinates are mirrored there, and a tangent's w is −1. A triangle
+    /// is what its first corner is.
+    pub mirrored: Vec<bool>,
     /// Along warp and weft, by vertex; of images and glTF files u and v.
     pub uvs: Vec<Vec2>,
     /// Indices of vertices.
@@ -51,6 +54,7 @@ impl Mesh {
                 mesh.positions.push(Vec3::from(at(u, v).map(|x| x as f32)));
                 mesh.normals.push(warp.cross(weft).normalize_or(Vec3::Z));
                 mesh.warps.push(warp);
+                mesh.mirrored.push(false);
                 mesh.uvs.push(size * Vec2::new(u as f32, v as f32));
             }
         }
@@ -79,9 +83,14 @@ impl Mesh {
         let warp = mix(corners.map(|k| self.warps[k]), weights);
         let warp = (warp - warp.dot(normal) * normal).normalize_or(normal.any_orthonormal_vector());
         let uv = mix(corners.map(|k| self.uvs[k].extend(0.0)), weights);
+        let weft = normal.cross(warp);
         Place {
             warp: doubles(warp),
-            weft: doubles(normal.cross(warp)),
+            weft: doubles(if self.mirrored[corners[0]] {
+                -weft
+            } else {
+                weft
+            }),
             normal: doubles(normal),
             arc: [f64::from(uv.x), f64::from(uv.y)],
         }
@@ -93,6 +102,7 @@ impl Mesh {
         self.positions.extend(other.positions);
         self.normals.extend(other.normals);
         self.warps.extend(other.warps);
+        self.mirrored.extend(other.mirrored);
         self.uvs.extend(other.uvs);
         self.triangles.extend(
             other

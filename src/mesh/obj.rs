@@ -5,7 +5,10 @@
 use glam::{Vec2, Vec3};
 
 use super::MeshError;
-use super::load::Corner;
+use super::load::{Corner, MAX_CORNERS};
+
+/// The most corners of a face.
+const MAX_FACE: usize = 1 << 16;
 
 /// What a line of a file says.
 enum Fault {
@@ -69,14 +72,25 @@ fn read_statement(
         }
         Some("f") => {
             let face: Vec<Corner> = words
+                .take(MAX_FACE + 1)
                 .map(|word| corner(word, vertices))
                 .collect::<Result<_, _>>()?;
-            if face.len() < 3 {
-                let message = format!("a face has three corners or more, this one {}", face.len());
+            if !(3..=MAX_FACE).contains(&face.len()) {
+                let message = format!(
+                    "a face has three corners or more, up to {MAX_FACE}, this one {}",
+                    face.len()
+                );
                 return Err(Fault::Unreadable(message));
             }
             if face.iter().any(|corner| corner.uv.is_none()) {
                 return Err(Fault::NoUvs);
+            }
+            if corners.len() + 3 * (face.len() - 2) > MAX_CORNERS {
+                let message = format!(
+                    "it has more than {} triangles; thin it out",
+                    MAX_CORNERS / 3
+                );
+                return Err(Fault::Unreadable(message));
             }
             for pair in face[1..].windows(2) {
                 corners.extend([face[0], pair[0], pair[1]]);
@@ -117,6 +131,8 @@ fn corner(word: &str, vertices: &Vertices) -> Result<Corner, Fault> {
             .map(|normal| at(&vertices.normals, normal, "vn"))
             .transpose()?,
         warp: None,
+        mirrored: false,
+        v_down: false,
         material: None,
     })
 }

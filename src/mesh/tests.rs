@@ -80,6 +80,55 @@ fn triangles_may_be_lists_strips_and_fans_of_floats_or_integers() {
 }
 
 #[test]
+fn the_weft_turns_where_texture_coordinates_are_mirrored() {
+    let folder = tempfile::tempdir().unwrap();
+    let mirrored = |change: &dyn Fn(&mut Value)| {
+        let file = square(folder.path(), change).unwrap();
+        let part = file.into_parts().pop().unwrap().into_mesh().unwrap();
+        assert!(part.mirrored.windows(2).all(|pair| pair[0] == pair[1]));
+        part.mirrored[0]
+    };
+    // In glTF v grows down an image: these coordinates show it upside down, which is a mirror.
+    assert!(mirrored(&|_| ()));
+    assert!(!mirrored(&|file| {
+        let pairs = [0., 1., 1., 1., 1., 0., 0., 0.];
+        add_floats(file, folder.path(), &pairs, "VEC2");
+        file["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(6);
+    }));
+    // A file's own tangents say it themselves, as seen in their place.
+    for (w, scale, expected) in [(1.0, 1, false), (-1.0, 1, true), (1.0, -1, true)] {
+        let tangents = [1., 0., 0., w].repeat(4);
+        assert_eq!(
+            mirrored(&|file| {
+                add_floats(file, folder.path(), &tangents, "VEC4");
+                file["meshes"][0]["primitives"][0]["attributes"]["TANGENT"] = json!(6);
+                file["nodes"][0]["scale"] = json!([scale, 1, 1]);
+            }),
+            expected
+        );
+    }
+}
+
+/// Another accessor, the seventh, of four vectors in a buffer of their own.
+fn add_floats(file: &mut Value, folder: &Path, floats: &[f32], shape: &str) {
+    let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
+    fs::write(folder.join("more.bin"), &bytes).unwrap();
+    let mut push = |list: &str, entry: Value| file[list].as_array_mut().unwrap().push(entry);
+    push(
+        "buffers",
+        json!({ "uri": "more.bin", "byteLength": bytes.len() }),
+    );
+    push(
+        "bufferViews",
+        json!({ "buffer": 1, "byteOffset": 0, "byteLength": bytes.len() }),
+    );
+    push(
+        "accessors",
+        json!({ "bufferView": 4, "componentType": 5126, "count": 4, "type": shape }),
+    );
+}
+
+#[test]
 fn sparse_values_take_the_place_of_others() {
     let folder = tempfile::tempdir().unwrap();
     // The second position takes the place of the first: half the square is left, folded.
@@ -112,10 +161,37 @@ fn only_what_is_cloth_needs_texture_coordinates() {
 }
 
 #[test]
+fn what_a_file_hides_is_not_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = square(folder.path(), |file| {
+        let hidden = json!({ "KHR_node_visibility": { "visible": false } });
+        file["scenes"][0]["nodes"] = json!([0, 1]);
+        file["nodes"] =
+            json!([{ "mesh": 0 }, { "children": [2], "extensions": hidden }, { "mesh": 0 }]);
+        file["extensionsRequired"] = json!(["KHR_node_visibility"]);
+    });
+    assert_eq!(areas(file.unwrap()), [2.0]);
+}
+
+#[test]
 fn what_is_wrong_with_a_gltf_file_is_said() {
     let folder = tempfile::tempdir().unwrap();
     type Change = fn(&mut Value);
-    let cases: [(Change, &str); 18] = [
+    let cases: [(Change, &str); 20] = [
+        (
+            |file| {
+                file["nodes"][0]["skin"] = json!(0);
+                file["skins"] = json!([{ "joints": [0] }]);
+            },
+            "nodes[0] has a skin",
+        ),
+        (
+            |file| {
+                file["nodes"][0]["extensions"] =
+                    json!({ "EXT_mesh_gpu_instancing": { "attributes": {} } });
+            },
+            "nodes[0] has EXT_mesh_gpu_instancing",
+        ),
         (
             |file| file["nodes"][0]["children"] = json!([0]),
             "node 0 is its own ancestor",

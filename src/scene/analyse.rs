@@ -125,7 +125,7 @@ impl Scene {
         Ok(self.analyse(progress)?.needs)
     }
 
-    /// The same, and of what it was found. The result does not depend on the number of threads.
+    /// The same, and of what it was found. The result does not depend on the number of workers.
     ///
     /// # Errors
     /// When `progress` says stop.
@@ -403,6 +403,7 @@ struct Facet {
     normals: [DVec3; 3],
     warps: [DVec3; 3],
     flat: DVec3,
+    mirrored: bool,
 }
 
 /// A facet is quartered at most so many times.
@@ -416,6 +417,7 @@ impl Facet {
             normals: corners(&mesh.normals),
             warps: corners(&mesh.warps),
             flat: flat_normal(mesh, triangle)?,
+            mirrored: mesh.mirrored[triangle[0] as usize],
         };
         // To the side of the smooth normals, whatever the order of corners.
         let is_turned = facet.flat.dot(facet.normals.iter().sum()) < 0.0;
@@ -462,7 +464,7 @@ impl Facet {
                 positions: part(self.positions, p),
                 normals: part(self.normals, n),
                 warps: part(self.warps, w),
-                flat: self.flat,
+                ..*self
             };
             part.cut(alike, cuts - 1, into);
         }
@@ -470,7 +472,7 @@ impl Facet {
             positions: p,
             normals: n,
             warps: w,
-            flat: self.flat,
+            ..*self
         };
         middle.cut(alike, cuts - 1, into);
     }
@@ -481,7 +483,7 @@ impl Facet {
         let middle = self.positions.iter().sum::<DVec3>() / 3.0;
         // What differs much within itself is not to widen patches of others.
         let class = (self.spread() / (0.5 * alike)).max(1.0).log2().ceil() as u32;
-        let mut key = u128::from(class.min(15));
+        let mut key = u128::from(class.min(15)) << 1 | u128::from(self.mirrored);
         let mut push = |value: f64, bits: u32| {
             let mask = (1i64 << bits) - 1;
             key = key << bits | u128::from((value.floor() as i64 & mask) as u64);
@@ -561,11 +563,14 @@ fn patch_of(facets: &[Facet]) -> Patch {
     let normal = normal.normalize_or(DVec3::Z);
     let warp = facets.iter().map(|facet| facet.frame()[1]).sum::<DVec3>();
     let warp = (warp - warp.dot(normal) * normal).normalize_or(normal.any_orthonormal_vector());
+    // Facets that are alike are mirrored alike.
+    let mirrored = facets.first().is_some_and(|facet| facet.mirrored);
+    let weft = normal.cross(warp);
     let positions = || facets.iter().flat_map(|facet| facet.positions);
     let low = positions().fold(DVec3::INFINITY, DVec3::min);
     let high = positions().fold(DVec3::NEG_INFINITY, DVec3::max);
     let mut patch = Patch {
-        axes: [warp, normal.cross(warp), normal],
+        axes: [warp, if mirrored { -weft } else { weft }, normal],
         center: 0.5 * (low + high),
         radius: 0.0,
         tilt: 0.0,

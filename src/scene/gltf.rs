@@ -16,7 +16,7 @@ pub(super) fn refuse_motion(path: &Path, file: &MeshFile) -> Result<(), SceneErr
     let remedy = "export it in one pose without animation, and say in a scene as TOML how far it moves: turn_deg and sway of an object, ranges of cameras and lights";
     Err(SceneError::Gltf {
         file: path.to_owned(),
-        message: format!("{motion}, which is not looked at; {remedy}"),
+        message: format!("{motion}, which is not supported; {remedy}"),
     })
 }
 

@@ -60,7 +60,7 @@ impl<'a> Stage<'a> {
     }
 
     /// A square picture of `size` rows with `samples` per pixel, with the cloths by their names in the objects; an object whose cloth
-    /// is not among them is black. The radiance is Σ π e ρ, e the strengths of lights. It does not depend on the number of threads.
+    /// is not among them is black. The radiance is Σ π e ρ, e the strengths of lights. It does not depend on the number of workers.
     ///
     /// # Errors
     /// When `progress` says stop.

@@ -2,9 +2,7 @@
 
 use super::entry;
 use super::json::{Accessor, Root};
-
-/// More elements than fit into the largest file.
-const MAX_COUNT: usize = super::super::MAX_MESH_BYTES as usize / 4;
+use crate::mesh::load::MAX_CORNERS;
 
 /// A file's JSON with its buffers.
 pub(super) struct Data<'a> {
@@ -107,7 +105,12 @@ impl Data<'_> {
                 let elements = self.elements(place, accessor.count, N * size);
                 elements.map_err(wrong)?.iter().map(vector).collect()
             }
-            None if accessor.sparse.is_some() && accessor.count <= MAX_COUNT => {
+            None if accessor.sparse.is_some() => {
+                if accessor.count > MAX_CORNERS {
+                    let message =
+                        format!("its count of {} is more than {MAX_CORNERS}", accessor.count);
+                    return Err(wrong(message));
+                }
                 vec![[0.0; N]; accessor.count]
             }
             None => return Err(wrong("it has no bufferView, and so no numbers".to_owned())),

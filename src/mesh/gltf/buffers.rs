@@ -1,5 +1,6 @@
 //! The bytes of a glTF file: its JSON, and buffers that are in it or beside it.
 
+use std::io;
 use std::path::Path;
 
 use super::json::Root;
@@ -85,7 +86,11 @@ fn resolve(uri: &str, folder: &Path, most: usize) -> Result<Vec<u8>, String> {
             true => ".".into(),
             false => folder.display().to_string(),
         };
-        format!("cannot read {name}, looked for in {folder}: {error}")
+        let all = match error.kind() {
+            io::ErrorKind::FileTooLarge => "; all buffers together are larger than 1 GiB",
+            _ => "",
+        };
+        format!("cannot read {name}, looked for in {folder}: {error}{all}")
     })?;
     Ok(bytes)
 }

@@ -19,7 +19,7 @@ pub(super) struct Root {
     pub(super) animations: Vec<Animation>,
     pub(super) skins: Vec<IgnoredAny>,
     pub(super) extensions_required: Vec<String>,
-    pub(super) extensions: Extensions<Lights>,
+    pub(super) extensions: RootExtensions,
 }
 
 #[derive(Default, Deserialize)]
@@ -49,8 +49,33 @@ pub(super) struct Node {
     #[serde(default = "ones")]
     pub(super) scale: [f32; 3],
     pub(super) weights: Option<Vec<f32>>,
+    pub(super) skin: Option<usize>,
     #[serde(default)]
-    pub(super) extensions: Extensions<LightIndex>,
+    pub(super) extensions: NodeExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub(super) lights: Option<LightIndex>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub(super) visibility: Visibility,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(super) instancing: Option<IgnoredAny>,
+}
+
+/// Of a node and all below it.
+#[derive(Deserialize)]
+#[serde(default)]
+pub(super) struct Visibility {
+    pub(super) visible: bool,
+}
+
+impl Default for Visibility {
+    fn default() -> Self {
+        Self { visible: true }
+    }
 }
 
 #[derive(Deserialize)]
@@ -174,17 +199,11 @@ pub(super) struct Target {
     pub(super) path: String,
 }
 
-/// KHR_lights_punctual, of a file or a node.
-#[derive(Deserialize)]
-pub(super) struct Extensions<T> {
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
-    pub(super) lights: Option<T>,
-}
-
-impl<T> Default for Extensions<T> {
-    fn default() -> Self {
-        Self { lights: None }
-    }
+    pub(super) lights: Option<Lights>,
 }
 
 #[derive(Deserialize)]

@@ -13,10 +13,7 @@ use glam::{DMat4, Mat4, Vec2, Vec3};
 
 use self::accessors::Data;
 use self::json::{LightKind, Node, Primitive, Root};
-use super::load::Corner;
-
-/// More corners than there is memory for: a small file may name the same triangles many times.
-const MAX_CORNERS: usize = 3 << 25;
+use super::load::{Corner, MAX_CORNERS};
 
 /// What a file has in its scene.
 pub(super) struct Contents {
@@ -133,7 +130,11 @@ fn entry<'a, T>(list: &'a [T], index: usize, kind: &str, by: &str) -> Result<&'a
 
 /// That no extension is needed that changes triangles or where they are. Materials and their images are of no concern.
 fn check_extensions(root: &Root) -> Result<(), String> {
-    const KNOWN: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
+    const KNOWN: [&str; 3] = [
+        "KHR_lights_punctual",
+        "KHR_mesh_quantization",
+        "KHR_node_visibility",
+    ];
     const LOOKS: [&str; 4] = [
         "KHR_materials_",
         "KHR_texture_",
@@ -198,6 +199,10 @@ fn placed(root: &Root) -> Result<Vec<Placed<'_>>, String> {
             None => "the scene".to_owned(),
         };
         let node = entry(&root.nodes, index, "node", &by)?;
+        if !node.extensions.visibility.visible {
+            // Nor is what is below it.
+            continue;
+        }
         if visited[index].is_some() {
             let mut above = parent;
             while let Some(at) = above {
@@ -257,6 +262,16 @@ fn add_mesh(data: &Data<'_>, placed: &Placed<'_>, corners: &mut Vec<Corner>) -> 
     };
     let by = format!("nodes[{}]", placed.index);
     let mesh = entry(&data.root.meshes, index, "mesh", &by)?;
+    if placed.node.skin.is_some() {
+        return Err(format!(
+            "{by} has a skin, which is not supported; apply it in one pose before you export it"
+        ));
+    }
+    if placed.node.extensions.instancing.is_some() {
+        return Err(format!(
+            "{by} has EXT_mesh_gpu_instancing, which is not supported; export every instance as a node"
+        ));
+    }
     let weights = placed.node.weights.as_ref().unwrap_or(&mesh.weights);
     let is_morphed = weights.iter().any(|weight| *weight != 0.0);
     for (k, primitive) in mesh.primitives.iter().enumerate() {
@@ -283,9 +298,9 @@ fn add_primitive(
         return Ok(());
     }
     let attributes = &primitive.attributes;
-    let Some(positions) = attributes.position else {
-        return Ok(());
-    };
+    let positions = attributes
+        .position
+        .ok_or_else(|| format!("{by} has no POSITION"))?;
     let positions = data.vectors::<3>(positions, by)?;
     let normals = attributes.normal.map(|index| data.vectors::<3>(index, by));
     let tangents = attributes.tangent.map(|index| data.vectors::<4>(index, by));
@@ -310,14 +325,19 @@ fn add_primitive(
         Some(indices) => data.indices(indices, by)?,
         None => (0..positions.len() as u32).collect(),
     };
-    let indices = triangles(indices, primitive.mode)
-        .ok_or_else(|| format!("{by} has mode {}, which there is not", primitive.mode))?;
-    if corners.len() + indices.len() > MAX_CORNERS {
+    // Strips and fans have three corners for nearly every index.
+    let most = match primitive.mode {
+        4 => indices.len(),
+        _ => 3 * indices.len(),
+    };
+    if corners.len() + most > MAX_CORNERS {
         return Err(format!(
             "it has more than {} triangles, counting every node that has them; thin it out",
             MAX_CORNERS / 3
         ));
     }
+    let indices = triangles(indices, primitive.mode)
+        .ok_or_else(|| format!("{by} has mode {}, which there is not", primitive.mode))?;
     let of_normals = place.inverse().transpose();
     for index in indices {
         let index = index as usize;
@@ -327,6 +347,12 @@ fn add_primitive(
             position: place.transform_point3(Vec3::from(position)),
             normal: of(&normals).map(|normal| of_normals.transform_vector3(normal)),
             uv: uvs.as_ref().map(|uvs| Vec2::from(uvs[index])),
+            mirrored: tangents.as_ref().is_some_and(|tangents| {
+                let [.., w] = tangents[index];
+                // In a mirrored place normal × tangent turns round, and what lies along v does not.
+                (w < 0.0) != (place.determinant() < 0.0)
+            }),
+            v_down: true,
             warp: tangents.as_ref().map(|tangents| {
                 let [x, y, z, _] = tangents[index];
                 place.transform_vector3(Vec3::new(x, y, z))
