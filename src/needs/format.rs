@@ -22,6 +22,9 @@ const VERSION: u32 = 1;
 const START: usize = 20;
 const BYTES: usize = 8 * WORDS;
 
+/// The most bytes that needs take.
+pub const MAX_NEEDS_BYTES: usize = START + BYTES + BINS * (size_of::<u32>() + BYTES);
+
 /// Why bytes are no needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]

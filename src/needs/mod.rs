@@ -8,7 +8,7 @@ mod bins;
 mod format;
 
 pub use bins::{Cap, Directions, Overlap, Pyramid, RESOLUTION};
-pub use format::NeedsError;
+pub use format::{MAX_NEEDS_BYTES, NeedsError};
 
 use alloc::{vec, vec::Vec};
 

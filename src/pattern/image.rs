@@ -13,6 +13,9 @@ pub const MAX_IMAGE_BYTES: usize = 64 << 20;
 const MAX_SIDE: usize = 16_384;
 const MAX_DECODED_BYTES: usize = 512 << 20;
 
+/// What a decoded pixel takes beside what its file has.
+const PIXEL_BYTES: usize = size_of::<[f32; 3]>();
+
 /// An image, row 0 at the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
@@ -163,7 +166,10 @@ fn decode_png(bytes: &[u8]) -> Result<Decoded, String> {
         ColorType::Rgba => 4,
     };
     let is_wide = depth == png::BitDepth::Sixteen;
-    check_size([width, height], channels * (1 + usize::from(is_wide)))?;
+    check_size(
+        [width, height],
+        channels * (1 + usize::from(is_wide)) + PIXEL_BYTES,
+    )?;
     let mut samples = vec![0; reader.output_buffer_size().unwrap_or(0)];
     reader.next_frame(&mut samples).map_err(wrong)?;
     Ok(Decoded {
@@ -194,9 +200,13 @@ fn decode_exr(bytes: &[u8]) -> Result<Decoded, String> {
     };
     let alpha = Text::from("A");
     let channels = 3 + usize::from(header.channels.find_index_of_channel(&alpha).is_some());
+    check_size(
+        [header.layer_size.width(), header.layer_size.height()],
+        header.channels.bytes_per_pixel,
+    )?;
     let IntegerBounds { position, size } = header.shared_attributes.display_window;
     let offset = header.own_attributes.layer_position - position;
-    check_size([size.width(), size.height()], 4 * channels)?;
+    check_size([size.width(), size.height()], 4 * channels + PIXEL_BYTES)?;
     let read = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

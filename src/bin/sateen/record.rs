@@ -1,10 +1,10 @@
 //! `sateen record`
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use sateen::needs::Needs;
+use sateen::needs::{MAX_NEEDS_BYTES, Needs};
+use sateen::text::read_capped;
 
 use crate::Outcome;
 use crate::eval::read_pairs;
@@ -53,6 +53,6 @@ fn is_recording(path: &Path) -> bool {
 /// A recording.
 pub(crate) fn load_needs(path: &Path) -> Result<Needs> {
     let cannot = || format!("cannot read the recording {}", path.display());
-    let bytes = fs::read(path).with_context(cannot)?;
+    let bytes = read_capped(path, MAX_NEEDS_BYTES as u64).with_context(cannot)?;
     Needs::from_bytes(&bytes).with_context(cannot)
 }
