@@ -11,7 +11,7 @@ cd "$(dirname "$0")/../fuzz"
 seconds=${1:-1200}
 targets=("${@:2}")
 if [ ${#targets[@]} -eq 0 ]; then
-    targets=(table table_repaired fabric pattern pairs)
+    targets=(table table_repaired fabric pattern pairs scene mesh image needs)
 fi
 
 command -v cargo-fuzz >/dev/null || cargo install --locked cargo-fuzz

@@ -1,5 +1,5 @@
 //! Writes the seeds of every target into `fuzz/seeds/`: the library's fabrics, patterns and their images, tables of every chart and encoding,
-//! files of pairs.
+//! files of pairs, scenes, meshes, images, recordings.
 
 use std::fs;
 use std::io;
@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use sateen::bake::{Direct, Preset, Settings, bake};
 use sateen::chart::Chart;
 use sateen::fabric::Fabric;
+use sateen::needs::Needs;
 use sateen::progress::Progress;
 use sateen::table::{Encoding, Table};
 use sateen_fuzz::File;
@@ -36,6 +37,18 @@ fn main() -> io::Result<()> {
     write_fabrics(&repository.join("tables/fabrics"), &folder("fabric")?)?;
     write_patterns(&repository.join("tables/patterns"), &folder("pattern")?)?;
     write_pairs(&repository.join("tests/data"), &folder("pairs")?)?;
+    for path in files(&repository.join("tables/scenes"))? {
+        fs::copy(
+            &path,
+            folder("scene")?.join(path.file_name().unwrap_or_default()),
+        )?;
+    }
+    write_meshes(&folder("mesh")?)?;
+    write_images(&folder("image")?)?;
+    let needs = [Needs::none(), Needs::everything()];
+    for (index, needs) in needs.iter().enumerate() {
+        fs::write(folder("needs")?.join(index.to_string()), needs.to_bytes())?;
+    }
     for (extension, targets) in [
         ("sateen", &["table", "table_repaired"][..]),
         ("toml", &["fabric"]),
@@ -44,6 +57,42 @@ fn main() -> io::Result<()> {
         for target in targets {
             copy_corrupt(&repository, extension, &folder(target)?)?;
         }
+    }
+    Ok(())
+}
+
+/// A triangle in each format, after the byte that the target takes it by.
+fn write_meshes(folder: &Path) -> io::Result<()> {
+    let obj =
+        "\0v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n";
+    fs::write(folder.join("obj"), obj)?;
+    // Positions and texture coordinates of a triangle: 0, 0, 0, 1, 0, 0, 0, 1, 0; 0, 0, 1, 0, 0, 1.
+    let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/";
+    let gltf = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}}}}]}}],"buffers":[{{"byteLength":60,"uri":"data:application/octet-stream;base64,{data}"}}],"bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":24}}],"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}},{{"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"}}]}}"#
+    );
+    fs::write(folder.join("gltf"), format!("\u{1}{gltf}"))?;
+    Ok(())
+}
+
+/// Small ones of every kind that the image crate writes.
+fn write_images(folder: &Path) -> io::Result<()> {
+    use image::{DynamicImage, ImageFormat};
+    let rgb = DynamicImage::ImageRgba8(image::RgbaImage::from_fn(5, 3, |x, y| {
+        image::Rgba([40 * x as u8, 90 * y as u8, 7, 255])
+    }));
+    let kinds = [
+        ("rgba8", rgb.clone(), ImageFormat::Png),
+        ("grey8", rgb.to_luma8().into(), ImageFormat::Png),
+        ("rgb16", rgb.to_rgb16().into(), ImageFormat::Png),
+        ("float", rgb.to_rgba32f().into(), ImageFormat::OpenExr),
+    ];
+    for (name, image, format) in kinds {
+        let mut bytes = io::Cursor::new(Vec::new());
+        image
+            .write_to(&mut bytes, format)
+            .map_err(io::Error::other)?;
+        fs::write(folder.join(name), bytes.into_inner())?;
     }
     Ok(())
 }
