@@ -28,8 +28,8 @@ cmake --build "$folder/build"
 for fabric in denim felt; do
     table=examples/web/tables/$fabric.sateen
     "$SATEEN" export "$table" --format raw -o "$folder/$fabric.bin"
-    xvfb-run -a "$folder/build/cloth" "$folder/$fabric.json" "$folder/$fabric.png" >/dev/null
-    xvfb-run -a "$folder/build/cloth" "$folder/$fabric.json" "$folder/$fabric-curtain.png" --scene curtain >/dev/null
+    xvfb-run -a "$folder/build/cloth" "$folder/$fabric.bin.json" "$folder/$fabric.png" >/dev/null
+    xvfb-run -a "$folder/build/cloth" "$folder/$fabric.bin.json" "$folder/$fabric-curtain.png" --scene curtain >/dev/null
     "$SATEEN" render sphere "$table" --light-deg 30 --samples 1 -o "$folder/$fabric-sateen.png"
     "$SATEEN" compare "$folder/$fabric.png" "$folder/$fabric-sateen.png" --max-flip 0.01
 done

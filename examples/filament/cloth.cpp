@@ -1,8 +1,8 @@
 // Cloth in Filament: a picture of what `sateen export --format raw` wrote, drawn without a window.
 //
-//     cloth NAME.json OUT.png [--scene sphere|curtain] [--size ROWS]
+//     cloth NAME.bin.json OUT.png [--scene sphere|curtain] [--size ROWS]
 //
-// NAME.bin lies beside NAME.json. The sphere is that of `sateen render sphere --light-deg 30`, so that both can be compared.
+// NAME.bin lies beside NAME.bin.json. The sphere is that of `sateen render sphere --light-deg 30`, so that both can be compared.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -96,7 +96,7 @@ Cloth load(Engine &engine, const std::string &path) {
     if (said.at("layout") != "volume" || said.at("pixels") != "RGBA16F" || size.size() != 3) {
         throw std::runtime_error(path + " is not of `sateen export --format raw`");
     }
-    std::vector<char> texels = read(path.substr(0, path.rfind('.')) + ".bin");
+    std::vector<char> texels = read(path.substr(0, path.rfind('.')));
     if (texels.size() != size_t(8) * size[0] * size[1] * size[2]) {
         throw std::runtime_error("the texels beside " + path + " are not complete");
     }
@@ -211,7 +211,7 @@ struct Arguments {
 };
 
 Arguments parse(int count, char **words) {
-    const char *usage = "usage: cloth NAME.json OUT.png [--scene sphere|curtain] [--size ROWS]";
+    const char *usage = "usage: cloth NAME.bin.json OUT.png [--scene sphere|curtain] [--size ROWS]";
     const std::vector<std::string> all(words + 1, words + count);
     if (all.size() < 2 || all.size() % 2 != 0) {
         throw std::runtime_error(usage);

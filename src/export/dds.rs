@@ -6,6 +6,11 @@ use ddsfile::{AlphaMode, Caps2, D3D10ResourceDimension, Dds, DxgiFormat, Error, 
 const FLAGS_AT: usize = 8;
 /// … and that of a depth (Microsoft, DDS_HEADER).
 const DDSD_DEPTH: u32 = 0x80_0000;
+/// Where the flags of the pixel format are, and its bits per texel (Microsoft, DDS_PIXELFORMAT) …
+const FORMAT_FLAGS_AT: usize = 80;
+const FORMAT_BITS_AT: usize = 88;
+/// … and the flag that says that the code, DX10, is all there is to read.
+const DDPF_FOURCC: u32 = 0x4;
 
 pub(super) fn write(size: [usize; 3], texels: &[u8]) -> Result<Vec<u8>, Error> {
     // Sides are at most `volume::MAX_SIDE`.
@@ -28,5 +33,8 @@ pub(super) fn write(size: [usize; 3], texels: &[u8]) -> Result<Vec<u8>, Error> {
     dds.write(&mut bytes)?;
     // `ddsfile` leaves it out where there is one slab alone, but readers want it of every 3D texture (Microsoft, DirectXTex).
     bytes[FLAGS_AT + 2] |= (DDSD_DEPTH >> 16) as u8;
+    // `ddsfile` also says that it is RGB of 64 bits. Readers that do not know DX10 and look at that first show noise.
+    bytes[FORMAT_FLAGS_AT..][..4].copy_from_slice(&DDPF_FOURCC.to_le_bytes());
+    bytes[FORMAT_BITS_AT..][..4].fill(0);
     Ok(bytes)
 }

@@ -34,7 +34,7 @@ pub(super) fn write(volume: &Volume, mut note: Note<'_>) -> Result<Vec<u8>, Erro
         .map(|(name, plane)| AnyChannel::new(name, FlatSamples::F16(plane)))
         .collect();
     let mut attributes = LayerAttributes::named(Text::from("volume"));
-    attributes.software_name = Text::new_or_none(super::note::TOOL);
+    attributes.software_name = Text::new_or_none(crate::TOOL);
     attributes.comments = Text::new_or_none(atlas.in_words());
     note.atlas = Some(atlas);
     // One alone, since the order of several is not the same from run to run.

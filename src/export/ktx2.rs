@@ -4,7 +4,6 @@
 use std::io;
 
 use super::Pixels;
-use super::note::TOOL;
 
 const IDENTIFIER: [u8; 12] = *b"\xABKTX 20\xBB\r\n\x1A\n";
 /// What comes before the descriptor: identifier, header, index and one level.
@@ -137,7 +136,7 @@ fn key_values(json: &str) -> Vec<u8> {
     for (key, value) in [
         // Right, down and in: texels as they come.
         ("KTXorientation", "rdi"),
-        ("KTXwriter", TOOL),
+        ("KTXwriter", crate::TOOL),
         ("sateen", json),
     ] {
         let entry = [key.as_bytes(), value.as_bytes()].map(|text| [text, b"\0"].concat());

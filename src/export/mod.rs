@@ -5,7 +5,7 @@
 //! | [`Format::Ktx2`] | RGBA16F, 3D, zstd | the first choice: three.js, Babylon.js, Bevy, anything with a KTX2 loader |
 //! | [`Format::Dds`] | RGBA16F, 3D | Direct3D tools |
 //! | [`Format::Exr`] | RGBA16F, slabs side by side in 2D | engines that import volumes from pictures, and eyes |
-//! | [`Format::Raw`] | RGBA16F, plain | anything: `NAME.bin` are the bytes to upload, `NAME.json` says how large |
+//! | [`Format::Raw`] | RGBA16F, plain | anything: `NAME.bin` are the bytes to upload, `NAME.bin.json` says how large |
 //! | [`Format::Rgb9e5`] | RGB9E5, 3D, KTX2 | half the bytes; no fewer for cloth that needs three axes alone, as felt |
 //! | [`Format::Bc6h`] | BC6H, 3D, KTX2 | an eighth of the bytes, and an error that shows: measure it |
 //!
@@ -38,7 +38,7 @@
 //!
 //! # Metadata
 //!
-//! One JSON object in ASCII: the value of the key `sateen` in KTX2, the attribute `sateen` in EXR, `NAME.json` beside DDS and raw texels. It
+//! One JSON object in ASCII: the value of the key `sateen` in KTX2, the attribute `sateen` in EXR, `NAME.dds.json` or `NAME.bin.json` beside DDS and raw texels. It
 //! holds the format's version, the fabric's name, `layout`, `pixels`, `size`, `pitch` or `atlas`, threads and their albedos in the order of
 //! `sateen_eval_with`, the `recipe`, the `parameters`, and the errors: `recorded` in the table, and `measured` of the table and of what is
 //! exported, on the same pairs.
@@ -59,7 +59,7 @@ pub use note::{About, Cost};
 use half::f16;
 
 use crate::fabric::Fabric;
-use crate::metrics::{Baked, PairErrors, Truth};
+use crate::metrics::{PairErrors, TableModel, Truth};
 use crate::model::Model;
 use crate::progress::{Cancelled, Progress};
 use crate::shader::{Filter, Lookup, parameters};
@@ -303,7 +303,7 @@ impl<'a> Export<'a> {
             Ok(truth.errors_of(&values))
         };
         let lookup = Lookup::new(self.table, &self.lookup, Filter::EightBit);
-        let table = Baked(self.table);
+        let table = TableModel(self.table);
         Ok(Cost {
             seed,
             table: errors(&table, progress.part(0.9, 0.95))?,
@@ -334,8 +334,10 @@ impl<'a> Export<'a> {
                 supercompress,
             )?),
             Format::Exr => one(exr::write(&self.lookup, note)?),
-            Format::Dds => raw::with_json(one(dds::write(self.size, &self.texels)?), &note),
-            Format::Raw => raw::with_json(one(self.texels.clone()), &note),
+            Format::Dds => {
+                raw::with_json(one(dds::write(self.size, &self.texels)?), "dds.json", &note)
+            }
+            Format::Raw => raw::with_json(one(self.texels.clone()), "bin.json", &note),
         })
     }
 }

@@ -5,8 +5,6 @@ use serde::Serialize;
 use super::{Export, Format};
 use crate::metrics::{ErrorReport, PairErrors, Quantiles};
 
-/// Name and version of what writes.
-pub(super) const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
 /// Of the metadata and of all layouts.
 const VERSION: u32 = 1;
 
@@ -135,7 +133,7 @@ impl<'a> Note<'a> {
         } = *about.recorded;
         Self {
             version: VERSION,
-            tool: TOOL,
+            tool: crate::TOOL,
             fabric: about.fabric,
             table_format: format!("{major}.{minor}"),
             layout,

@@ -3,10 +3,14 @@
 use super::File;
 use super::note::Note;
 
-/// These files, and the JSON.
-pub(super) fn with_json(mut files: Vec<File>, note: &Note<'_>) -> Vec<File> {
+/// These files, and the JSON. Its name keeps the whole of theirs, so that exports of one table lie side by side.
+pub(super) fn with_json(
+    mut files: Vec<File>,
+    extension: &'static str,
+    note: &Note<'_>,
+) -> Vec<File> {
     files.push(File {
-        extension: "json",
+        extension,
         bytes: (note.to_json() + "\n").into_bytes(),
     });
     files

@@ -208,7 +208,7 @@ fn dds_reads_back_the_same_with_its_metadata_beside_it() {
         let export = case.export(Format::Dds);
         let files = case.files(&export, true);
         let extensions: Vec<_> = files.iter().map(|file| file.extension).collect();
-        assert_eq!(extensions, ["dds", "json"]);
+        assert_eq!(extensions, ["dds", "dds.json"]);
         let bytes = &files[0].bytes;
         let read = ddsfile::Dds::read(bytes.as_slice()).expect("a DDS file");
         assert_eq!(
@@ -224,6 +224,11 @@ fn dds_reads_back_the_same_with_its_metadata_beside_it() {
         assert_eq!(&bytes[..4], b"DDS ");
         assert_eq!([word(16), word(12), word(24)], export.size());
         assert_eq!(word(8) & 0x80_0000, 0x80_0000, "it has a depth");
+        assert_eq!(
+            [word(80), word(88)],
+            [0x4, 0],
+            "its format is told by its code alone"
+        );
         assert_eq!(word(112) & 0x20_0000, 0x20_0000, "it is a volume");
         assert_eq!(&bytes[84..88], b"DX10");
         assert_eq!([word(128), word(132)], [10, 4], "RGBA16F, 3D");
@@ -293,7 +298,7 @@ fn raw_texels_are_the_bytes_to_upload() {
         let export = case.export(Format::Raw);
         let files = case.files(&export, true);
         let extensions: Vec<_> = files.iter().map(|file| file.extension).collect();
-        assert_eq!(extensions, ["bin", "json"]);
+        assert_eq!(extensions, ["bin", "bin.json"]);
         assert_eq!(files[0].bytes, case.volume.to_bytes());
         case.assert_looks_up(&halves(&files[0].bytes));
         check_metadata(&String::from_utf8_lossy(&files[1].bytes), case, &export);
@@ -480,9 +485,9 @@ mod tool {
         std::fs::write(&table, bytes).unwrap();
         for (format, output, others) in [
             ("ktx2", "a.ktx2", None),
-            ("dds", "b.dds", Some("b.json")),
+            ("dds", "b.dds", Some("b.dds.json")),
             ("exr", "c.exr", None),
-            ("raw", "d.bin", Some("d.json")),
+            ("raw", "d.bin", Some("d.bin.json")),
             ("rgb9e5", "e.ktx2", None),
             ("bc6h", "f.ktx2", None),
         ] {
