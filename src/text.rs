@@ -1,10 +1,13 @@
 //! Files that people write: read no further than a limit, and as TOML text of whose mistakes file, line and key are told.
 
+use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{self, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 use crate::brdf::limits;
@@ -23,13 +26,55 @@ pub struct TextError {
     pub message: String,
 }
 
-/// An albedo, `color` × `scale`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+/// An albedo: `{ color = [r, g, b], scale = s }`, `[r, g, b]`, or one number for a grey.
 pub(crate) struct AlbedoToml {
     color: [f64; 3],
-    #[serde(default = "one")]
     scale: f64,
+}
+
+impl<'de> Deserialize<'de> for AlbedoToml {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AlbedoForms)
+    }
+}
+
+/// By hand, since what serde says of an untagged choice names no mistake.
+struct AlbedoForms;
+
+impl<'de> Visitor<'de> for AlbedoForms {
+    type Value = AlbedoToml;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("{ color = [r, g, b], scale = s }, [r, g, b] or one number")
+    }
+
+    fn visit_f64<E: de::Error>(self, grey: f64) -> Result<AlbedoToml, E> {
+        Ok(AlbedoToml {
+            color: [grey; 3],
+            scale: 1.0,
+        })
+    }
+
+    fn visit_i64<E: de::Error>(self, grey: i64) -> Result<AlbedoToml, E> {
+        self.visit_f64(grey as f64)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<AlbedoToml, A::Error> {
+        let color = Deserialize::deserialize(SeqAccessDeserializer::new(list))?;
+        Ok(AlbedoToml { color, scale: 1.0 })
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AlbedoToml, A::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Scaled {
+            color: [f64; 3],
+            #[serde(default = "one")]
+            scale: f64,
+        }
+        let Scaled { color, scale } = Deserialize::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(AlbedoToml { color, scale })
+    }
 }
 
 fn one() -> f64 {
