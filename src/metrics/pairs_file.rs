@@ -18,6 +18,8 @@ pub const MAX_CSV_BYTES: u64 = 1 << 30;
 pub const MAX_CSV_LINE_BYTES: u64 = 1 << 20;
 
 const COLUMNS: [&str; 6] = ["wi_x", "wi_y", "wi_z", "wr_x", "wr_y", "wr_z"];
+/// The most letters of a file that an error quotes.
+const MAX_QUOTED: usize = 80;
 /// Directions further from unit length than this are counted.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
@@ -48,12 +50,16 @@ pub enum PairsFileError {
         line: u64,
     },
     /// The first line lacks columns.
-    #[error("{file}: the columns {} are missing from its first line", missing.join(", "))]
+    #[error("{file}: the columns {} are missing from its first line, {first_line:?}; {remedy}", missing.join(", "))]
     MissingColumns {
         /// The file, or the name it was given.
         file: String,
         /// Which.
         missing: Vec<&'static str>,
+        /// How the first line begins.
+        first_line: String,
+        /// What the line seems to be, and what to do.
+        remedy: &'static str,
     },
     /// The first line names a column twice.
     #[error("{file}: there are several columns {column}")]
@@ -64,7 +70,7 @@ pub enum PairsFileError {
         column: &'static str,
     },
     /// A cell is no number.
-    #[error("{file}:{line}: {column} is \"{text}\", but must be a finite number")]
+    #[error("{file}:{line}: {column} is {text:?}, but must be a finite number")]
     NotANumber {
         /// The file, or the name it was given.
         file: String,
@@ -141,6 +147,12 @@ impl PairsFile {
     /// wi and wr of every row, of unit length.
     pub fn directions(&self) -> &[[[f64; 3]; 2]] {
         &self.directions
+    }
+
+    /// How many pairs have a direction below the surface, where ρ is 0.
+    pub fn below(&self) -> usize {
+        let is_below = |pair: &&[[f64; 3]; 2]| pair.iter().any(|w| w[2] < 0.0);
+        self.directions.iter().filter(is_below).count()
     }
 
     /// How many directions were not of unit length and have been made so.
@@ -265,14 +277,48 @@ impl<'a, R: Read> Reader<'a, R> {
             .map(|(name, _)| name)
             .collect();
         if !missing.is_empty() {
-            let file = file();
-            return Err(PairsFileError::MissingColumns { file, missing });
+            let line = header.iter().collect::<Vec<_>>().join(",");
+            return Err(PairsFileError::MissingColumns {
+                file: file(),
+                missing,
+                remedy: self.remedy(&line),
+                first_line: line.chars().take(MAX_QUOTED).collect(),
+            });
         }
         if let Some((column, _)) = columns().find(|(_, places)| places.len() > 1) {
             let file = file();
             return Err(PairsFileError::RepeatedColumn { file, column });
         }
         Ok(places.into_iter().map(|places| places[0]).collect())
+    }
+
+    /// What a first line that lacks columns seems to be, and what to do.
+    fn remedy(&self, line: &str) -> &'static str {
+        let has_all = |line: &str, separator: char| {
+            let names: Vec<&str> = line.split(separator).map(str::trim).collect();
+            self.columns.iter().all(|column| names.contains(column))
+        };
+        let lower = line.to_lowercase();
+        if line.trim_start().starts_with('#') {
+            "it seems to be a comment: remove it, so that the names of the columns come first"
+        } else if lower.starts_with("sep=") {
+            "it tells a spreadsheet the separator: remove it, so that the names of the columns come first"
+        } else if has_all(&lower, ';') {
+            "it seems to be separated by semicolons: separate cells by commas, and write decimals with a point"
+        } else if has_all(&lower, '\t') {
+            "it seems to be separated by tabs: separate cells by commas"
+        } else if has_all(&lower, ' ') {
+            "it seems to be separated by spaces: separate cells by commas"
+        } else if has_all(&lower, ',') {
+            "it has capitals: write the names of the columns in small letters"
+        } else if line
+            .split(',')
+            .all(|cell| cell.trim().parse::<f64>().is_ok())
+        {
+            "it seems to be a pair already: put a line with the names of the columns before it"
+        } else {
+            "name the columns in the first line, with commas between them"
+        }
     }
 
     fn numbers(
@@ -292,7 +338,7 @@ impl<'a, R: Read> Reader<'a, R> {
                         file: self.file.to_owned(),
                         line,
                         column,
-                        text: text.to_owned(),
+                        text: text.chars().take(MAX_QUOTED).collect(),
                     });
                 }
             }

@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use rayon::prelude::*;
 
-use super::cloth::Points;
+use super::points::Points;
 use super::{Cloth, Cylinder, Scene, Shape, View};
 use crate::progress::{Cancelled, Progress};
 
@@ -133,9 +133,18 @@ pub fn curves(
         .collect()
 }
 
+const CSV_HEADER: &str = "cylinder,x,angle_deg,r,g,b\n";
+
+/// Whether a file begins as those of [`curves_csv`] and [`curves_svg`] do.
+pub fn is_of_curves(file: &[u8]) -> bool {
+    let (width, height) = SVG_SIZE;
+    let svg = format!("<svg width=\"{width}\" height=\"{height}\"");
+    file.starts_with(CSV_HEADER.as_bytes()) || file.starts_with(svg.as_bytes())
+}
+
 /// The curves as CSV: cylinder, x from −1 to 1, the angle in degrees, and linear radiance.
 pub fn curves_csv(curves: &[CylinderCurve]) -> String {
-    let mut csv = "cylinder,x,angle_deg,r,g,b\n".to_owned();
+    let mut csv = CSV_HEADER.to_owned();
     for CylinderCurve { cylinder, curve } in curves {
         for point in &curve.0 {
             let [r, g, b] = point.radiance.map(|x| x as f32);

@@ -8,6 +8,8 @@ mod common;
 mod cli;
 mod ffi;
 #[cfg(feature = "cli")]
+mod mistakes;
+#[cfg(feature = "cli")]
 mod report;
 #[cfg(feature = "cli")]
 mod stress;

@@ -47,7 +47,7 @@ fn a_stress_report_is_complete_consistent_and_reproducible() {
         files(folder.path())
     };
     let written = quick("1");
-    assert!(written == quick("2"), "the same on any number of threads");
+    assert!(written == quick("2"), "the same on any number of workers");
     let names: Vec<&str> = written.keys().map(String::as_str).collect();
     assert_eq!(names, ["stress.csv", "stress.json"]);
 

@@ -6,11 +6,14 @@ use clap::value_parser;
 use sateen::bake::{size_name, size_named};
 use sateen::metrics::VALIDATION_SEED;
 
+/// The most workers that may be asked for.
+pub(crate) const MAX_JOBS: u16 = 1024;
+
 /// How parallel work is shared.
 #[derive(clap::Args)]
 pub(crate) struct Workers {
     /// How many workers share the work [default: one for each core]. The result does not depend on it.
-    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=1024))]
+    #[arg(short, long, value_name = "N", value_parser = value_parser!(u16).range(1..=i64::from(MAX_JOBS)))]
     pub(crate) jobs: Option<u16>,
 }
 
@@ -62,24 +65,38 @@ pub(crate) fn parse_within(
     }
 }
 
+/// From here on a share without a percent sign is more likely a percentage whose sign was forgotten.
+const DOUBTFUL: f64 = 0.1;
+
 pub(crate) fn parse_share(text: &str) -> Result<f64, String> {
     let (number, unit) = text
         .strip_suffix('%')
         .map_or((text, 1.0), |number| (number, 0.01));
     match number.trim().parse::<f64>() {
+        Ok(share) if unit == 1.0 && share >= DOUBTFUL && share.is_finite() => Err(format!(
+            "without a percent sign it is below {DOUBTFUL}; write {share}% or {}%",
+            100.0 * share
+        )),
         Ok(share) if share >= 0.0 && share.is_finite() => Ok(share * unit),
         _ => Err("it is a share like 0.01 or 1%".to_owned()),
     }
 }
 
-/// From what a grid needs at least to the most that a reader takes.
-const SIZES: RangeInclusive<usize> = 16 << 10..=256 << 20;
+/// What a grid needs at least.
+pub(crate) const LEAST_SIZE: usize = 16 << 10;
+/// The most that a reader takes.
+const MOST_SIZE: usize = 256 << 20;
 
 pub(crate) fn parse_size(text: &str) -> Result<usize, String> {
-    let size = size_named(text).filter(|size| SIZES.contains(size));
+    parse_size_within(text, LEAST_SIZE..=MOST_SIZE)
+}
+
+/// A size in bytes from `range`.
+pub(crate) fn parse_size_within(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
+    let size = size_named(text).filter(|size| range.contains(size));
     size.ok_or_else(|| {
-        let [least, most] = [SIZES.start(), SIZES.end()].map(|size| size_name(*size));
-        format!("it is a size like 64KiB or 2MiB, from {least} to {most}")
+        let [least, most] = [range.start(), range.end()].map(|size| size_name(*size));
+        format!("it is a size like 64KiB, 1.5MiB or 8MB, from {least} to {most}")
     })
 }
 
@@ -113,15 +130,23 @@ mod tests {
     #[test]
     fn shares_and_sizes_are_understood() {
         assert_eq!(parse_share("1%"), Ok(0.01));
-        assert_eq!(parse_share("0.5"), Ok(0.5));
-        for bad in ["", "%", "-1", "nan", "inf", "x"] {
+        assert_eq!(parse_share("0.05"), Ok(0.05));
+        assert_eq!(parse_share("50%"), Ok(0.5));
+        assert!(parse_share("0.5").unwrap_err().contains("0.5% or 50%"));
+        for bad in ["", "%", "-1", "nan", "inf", "x", "0.1", "1"] {
             assert!(parse_share(bad).is_err(), "{bad}");
         }
         assert_eq!(parse_size("64KiB"), Ok(65536));
+        assert_eq!(parse_size("1.5MiB"), Ok(3 << 19));
+        assert_eq!(parse_size("8MB"), Ok(8_000_000));
+        assert_eq!(parse_size("16.5 kB"), Ok(16_500));
         for bad in [
             "",
             "64",
             "1B",
+            "1GiB",
+            "nanMiB",
+            "infMiB",
             "15KiB",
             "257MiB",
             "-1MiB",

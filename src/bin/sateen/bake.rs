@@ -10,7 +10,7 @@ use sateen::bake::{
     Baked, Budget, Direct, Goal, Preset, Promise, Provenance, Request, Scope, Settings, bake,
 };
 use sateen::chart::Chart;
-use sateen::fabric::{Fabric, LIBRARY, LibraryEntry};
+use sateen::fabric::{Fabric, LIBRARY, Thread};
 use sateen::metrics::conserving;
 use sateen::needs::Needs;
 use sateen::progress::Progress;
@@ -119,7 +119,10 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             job.fabric = conserving(&job.fabric)?;
         }
     }
-    let paths = output_paths(&jobs, args.output.as_deref())?;
+    for job in &jobs {
+        doubt(&job.fabric);
+    }
+    let paths = output_paths(&jobs, args)?;
     let settings = settings(args);
     // Outputs are tried before any work begins.
     let targets: Vec<Target> = jobs
@@ -165,11 +168,11 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         let Baked {
             table,
             provenance,
-            kept,
+            within,
             cost,
         } = bake(fabric, request, progress).with_context(interrupted)?;
         let mut file_bytes = None;
-        if kept {
+        if within {
             let file = if args.stored {
                 table.to_mappable_bytes()
             } else {
@@ -178,6 +181,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             // Its own reader has the last word: nothing is written that cannot be loaded.
             Table::from_bytes(&file).with_context(interrupted)?;
             output.write(&file)?;
+            bar.suspend(|| doubt_energy(fabric, &provenance));
             file_bytes = Some(file.len());
         } else {
             outcome = Outcome::OutOfTolerance;
@@ -188,7 +192,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                 "fabric": fabric.name,
                 "path": file_bytes.map(|_| path),
                 "kept": false,
-                "within": kept,
+                "within": within,
                 "adapted": provenance.adapted,
                 "rho_scale": fabric.rho_scale,
                 "scope": provenance.scope,
@@ -239,6 +243,8 @@ struct Job {
     /// The pairs that are needed, if not all.
     needs: Option<Arc<Needs>>,
     fixed_albedo: bool,
+    /// Whether a pattern needs it.
+    is_of_pattern: bool,
     /// What a scene allows.
     max_error: Option<f64>,
 }
@@ -253,13 +259,14 @@ impl Job {
 }
 
 fn jobs_of_fabrics(args: &BakeArgs) -> Result<Vec<Job>> {
-    let fabrics: Vec<Fabric> = if args.all {
-        LIBRARY.iter().map(LibraryEntry::load).collect()
-    } else {
-        let load = |name: &String| load_fabrics(name, args.dye.variant.as_deref());
-        let loaded: Vec<Vec<Fabric>> = args.fabrics.iter().map(load).collect::<Result<_>>()?;
-        loaded.into_iter().flatten().collect()
-    };
+    let mut fabrics: Vec<(Fabric, bool)> = Vec::new();
+    if args.all {
+        fabrics.extend(LIBRARY.iter().map(|entry| (entry.load(), false)));
+    }
+    for name in &args.fabrics {
+        let (loaded, is_pattern) = load_fabrics(name, args.dye.variant.as_deref())?;
+        fabrics.extend(loaded.into_iter().map(|fabric| (fabric, is_pattern)));
+    }
     let mut needs: Option<Needs> = None;
     for path in &args.needs {
         needs
@@ -267,8 +274,9 @@ fn jobs_of_fabrics(args: &BakeArgs) -> Result<Vec<Job>> {
             .join(&load_needs(path)?);
     }
     let needs = needs.map(Arc::new);
-    let job = |fabric| Job {
+    let job = |(fabric, is_of_pattern)| Job {
         fabric,
+        is_of_pattern,
         needs: needs.clone(),
         fixed_albedo: args.albedo == Albedo::Fixed,
         max_error: None,
@@ -297,10 +305,49 @@ fn jobs_of_scene(path: &Path) -> Result<Vec<Job>> {
             fabric: used.fabric,
             needs: Some(Arc::new(needs)),
             fixed_albedo: used.albedo == Albedo::Fixed,
+            is_of_pattern: false,
             max_error: used.max_error,
         });
     }
     Ok(jobs)
+}
+
+/// Says what of a fabric's parameters is allowed, but seldom meant.
+fn doubt(fabric: &Fabric) {
+    for thread in &fabric.threads {
+        let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
+        if brightest > 1.0 {
+            say(&format!(
+                "{}: the albedo of {} is up to {brightest}; above 1 more comes out of a thread than went in; is it of 255 or of 100?",
+                fabric.name, thread.name
+            ));
+        }
+    }
+    // What is in radians is less than 1.6.
+    let widths = |thread: &Thread| [thread.optics.gamma_s, thread.optics.gamma_v];
+    let widest = fabric.threads.iter().flat_map(widths).fold(0.0, f64::max);
+    if widest < 1f64.to_radians() {
+        say(&format!(
+            "{}: no lobe is wider than {:.3}°; gamma_s_deg and gamma_v_deg are degrees, not radians",
+            fabric.name,
+            widest.to_degrees()
+        ));
+    }
+}
+
+/// Says that more is reflected than arrives, if so.
+fn doubt_energy(fabric: &Fabric, provenance: &Provenance) {
+    let brightest = provenance
+        .error
+        .bias
+        .iter()
+        .max_by(|a, b| a.reflectance.total_cmp(&b.reflectance));
+    if let Some(view) = brightest.filter(|view| view.reflectance > 1.0) {
+        say(&format!(
+            "{} reflects {:.2} times what arrives, seen at {}°; --energy clamp scales it",
+            fabric.name, view.reflectance, view.view_deg
+        ));
+    }
 }
 
 /// Says that ρ is scaled, if it is.
@@ -399,8 +446,11 @@ fn settings(args: &BakeArgs) -> Settings {
     settings
 }
 
-/// One file per fabric: `output` itself for one, files in the folder `output` for several.
-fn output_paths(jobs: &[Job], output: Option<&Path>) -> Result<Vec<PathBuf>> {
+/// One file per fabric: `output` itself for one, files in the folder `output` for several, and for those of scenes and patterns,
+/// however many these need.
+fn output_paths(jobs: &[Job], args: &BakeArgs) -> Result<Vec<PathBuf>> {
+    let output = args.output.as_deref();
+    let is_one_file = jobs.len() == 1 && args.scene.is_none() && !jobs[0].is_of_pattern;
     let fabrics: Vec<&Fabric> = jobs.iter().map(|job| &job.fabric).collect();
     let file_name = |fabric: &Fabric| format!("{}.sateen", fabric.name);
     // Looked at once: another bake may be making the folder.
@@ -409,12 +459,22 @@ fn output_paths(jobs: &[Job], output: Option<&Path>) -> Result<Vec<PathBuf>> {
     let folder = match output {
         None => Path::new(""),
         Some(path) if is_folder || path.as_os_str().to_string_lossy().ends_with('/') => path,
-        Some(path) if fabrics.len() == 1 => return Ok(vec![path.to_owned()]),
+        Some(path) if is_one_file => {
+            let is_device = found.is_some_and(|found| !found.is_file());
+            let is_other = path.extension().is_some_and(|end| end != "sateen");
+            if is_other && !is_device {
+                let message = format!(
+                    "-o {}: the name of a table ends in .sateen, that of a folder in /",
+                    path.display()
+                );
+                return Err(Usage(message).into());
+            }
+            return Ok(vec![path.to_owned()]);
+        }
         Some(path) if found.is_some() => {
             let message = format!(
-                "-o {}: {} tables need a folder, but this is a file",
-                path.display(),
-                fabrics.len()
+                "-o {}: tables of several fabrics, of a scene or of a pattern need a folder, but this is a file",
+                path.display()
             );
             return Err(Usage(message).into());
         }

@@ -66,7 +66,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
 
 /// Without a background that is transparent, what is black is the background: screenshots have no other.
 fn load(path: &Path) -> Result<Picture> {
-    let bytes = read(&path.to_string_lossy(), MAX_IMAGE_BYTES as u64)?;
+    let bytes = read(path, MAX_IMAGE_BYTES as u64)?;
     let mut picture = Picture::from_bytes(&bytes)
         .map_err(Error::msg)
         .with_context(|| format!("cannot read the picture {}", path.display()))?;

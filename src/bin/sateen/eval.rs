@@ -48,12 +48,24 @@ pub(crate) struct EvalArgs {
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     let subject = Subject::load(&args.subject, args.dye.variant.as_deref())?;
     let source = Source::new(&subject, args)?;
-    let output = args.output.as_deref().map(Output::prepare).transpose()?;
+    let output = args
+        .output
+        .as_deref()
+        .filter(|path| *path != Path::new("-"));
+    let output = output.map(Output::prepare).transpose()?;
     let input = read_pairs(&args.pairs, source.place_columns())?;
     if input.not_unit() > 0 {
         say(&format!(
             "{} directions were not of unit length and have been normalized",
             input.not_unit()
+        ));
+    }
+
+    if input.below() > 0 {
+        say(&format!(
+            "{} of {} pairs have a direction below the surface, where ρ is 0; wi points to the light, wr to the viewer, both from the surface",
+            input.below(),
+            input.directions().len()
         ));
     }
 
@@ -69,6 +81,13 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     }
     for channel in ["rho_r", "rho_g", "rho_b"] {
         header.push_field(channel);
+    }
+    let appended = || header.iter().skip(input.header().len());
+    if let Some(name) = appended().find(|name| input.header().any(|old| old.trim() == *name)) {
+        say(&format!(
+            "{} has a column {name} already, as what eval wrote has; the last one of that name is new",
+            args.pairs.display()
+        ));
     }
     writer.write_record(&header)?;
     let mut bar = Bar::new(1);

@@ -7,18 +7,18 @@ use clap::value_parser;
 use sateen::export::{About, Cost, Export, File, Format};
 use sateen::metrics::PairErrors;
 use sateen::progress::Progress;
-use sateen::volume::Settings;
+use sateen::volume::{MAX_BYTES, Settings};
 use serde_json::json;
 
 use crate::Outcome;
-use crate::args::{Draw, Print, Workers, parse_size};
+use crate::args::{Draw, LEAST_SIZE, Print, Workers, parse_size_within};
 use crate::output::{Bar, Output, Usage, bytes, print, print_json, use_workers};
 use crate::subject::{load_table, provenance};
 
 /// Write a table as a texture and parameters for shaders.
 ///
 /// The texture's size, the bytes, and the error of the lookup in it against direct integration are printed. What it holds and how it is
-/// read is in the file's metadata: the key `sateen` of KTX2, the attribute `sateen` of EXR, NAME.json beside others.
+/// read is in the file's metadata: the key `sateen` of KTX2, the attribute `sateen` of EXR, NAME.dds.json or NAME.bin.json beside others.
 #[derive(clap::Args)]
 pub(crate) struct ExportArgs {
     /// A table that `bake` wrote.
@@ -27,11 +27,11 @@ pub(crate) struct ExportArgs {
     /// What to write.
     #[arg(long, value_enum)]
     format: Format,
-    /// The file to write, which ends in .ktx2, .dds, .exr or .bin, as the format asks; DDS and raw texels get a NAME.json beside them.
+    /// The file to write, which ends in .ktx2, .dds, .exr or .bin, as the format asks; DDS and raw texels get a NAME.dds.json or NAME.bin.json beside them.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
     /// The most bytes of the volume as RGBA16F, up to 64MiB; rgb9e5 takes half of it, bc6h an eighth.
-    #[arg(long, value_name = "N", value_parser = parse_size, default_value = "8MiB")]
+    #[arg(long, value_name = "N", value_parser = parse_volume_size, default_value = "8MiB")]
     max_bytes: usize,
     /// Leave the texels of a KTX2 file as they are, for readers without zstd.
     #[arg(long)]
@@ -45,6 +45,10 @@ pub(crate) struct ExportArgs {
     workers: Workers,
     #[command(flatten)]
     print: Print,
+}
+
+fn parse_volume_size(text: &str) -> Result<usize, String> {
+    parse_size_within(text, LEAST_SIZE..=MAX_BYTES)
 }
 
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {

@@ -10,8 +10,9 @@ mod eval;
 mod export;
 mod fabrics;
 mod fit;
+mod forecast;
 mod info;
-mod left_out;
+
 mod output;
 mod picture;
 mod record;
@@ -72,7 +73,23 @@ fn main() -> ExitCode {
     let args = Args::parse();
     output::be_quiet(args.quiet);
     output::stop_on_interrupt();
-    let result = match args.verb {
+    let result = output::check_environment().and_then(|()| run(args.verb));
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::OutOfTolerance) => ExitCode::from(3),
+        Err(error) => {
+            output::talk(&format!("error: {error:#}"));
+            if error.is::<output::Usage>() {
+                ExitCode::from(2)
+            } else {
+                ExitCode::FAILURE
+            }
+        }
+    }
+}
+
+fn run(verb: Verb) -> anyhow::Result<Outcome> {
+    match verb {
         Verb::Fabrics(args) => fabrics::run(&args),
         Verb::Bake(args) => bake::run(&args),
         Verb::Info(args) => info::run(&args),
@@ -86,18 +103,6 @@ fn main() -> ExitCode {
         Verb::Record(args) => record::run(&args),
         Verb::Export(args) => export::run(&args),
         Verb::Compare(args) => compare::run(&args),
-    };
-    match result {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::OutOfTolerance) => ExitCode::from(3),
-        Err(error) => {
-            output::talk(&format!("error: {error:#}"));
-            if error.is::<output::Usage>() {
-                ExitCode::from(2)
-            } else {
-                ExitCode::FAILURE
-            }
-        }
     }
 }
 

@@ -14,7 +14,7 @@ use sateen::bake::{Adapted, Choice};
 use sateen::metrics::{ErrorReport, Quantiles};
 use sateen::progress::Cancelled;
 
-use crate::args::Workers;
+use crate::args::{MAX_JOBS, Workers};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static QUIET: AtomicBool = AtomicBool::new(false);
@@ -87,7 +87,20 @@ impl std::error::Error for Usage {}
 
 /// Says something to the person at the terminal, if one is there.
 pub(crate) fn talk(text: &str) {
-    let _ = writeln!(io::stderr(), "sateen: {text}");
+    let _ = writeln!(io::stderr(), "sateen: {}", escaped(text));
+}
+
+/// Control characters as escapes: what a file says must not steer a terminal.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for letter in text.chars() {
+        if letter.is_control() && letter != '\n' {
+            escaped.extend(letter.escape_default());
+        } else {
+            escaped.push(letter);
+        }
+    }
+    escaped
 }
 
 /// Writes text to stdout. A reader that has seen enough is no error: work and exit status go on.
@@ -127,6 +140,8 @@ impl Output {
         let is_link = fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
         let target = match fs::canonicalize(path) {
             Ok(target) => target,
+            // /dev/stdout leads to a pipe, which has no path of its own.
+            Err(_) if fs::metadata(path).is_ok() => path.to_owned(),
             Err(error) if is_link => {
                 return Err(error).with_context(|| {
                     format!("cannot write {}: the link leads nowhere", path.display())
@@ -296,10 +311,40 @@ impl Drop for Bar {
 /// Starts the workers for all parallel work.
 pub(crate) fn use_workers(Workers { jobs }: &Workers) -> Result<()> {
     let Some(jobs) = *jobs else { return Ok(()) };
+    let jobs = most_workers().min(jobs.into());
     rayon::ThreadPoolBuilder::new()
-        .num_threads(jobs.into())
+        .num_threads(jobs)
         .build_global()
         .with_context(|| format!("cannot start {jobs} workers; lower -j"))
+}
+
+/// More workers only wait, and keep an interrupt waiting, too.
+fn most_workers() -> usize {
+    const PER_CORE: usize = 4;
+    PER_CORE * std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Holds what rayon takes from the environment to what -j allows.
+///
+/// # Errors
+/// When RAYON_NUM_THREADS asks for more.
+pub(crate) fn check_environment() -> Result<()> {
+    const NAME: &str = "RAYON_NUM_THREADS";
+    let asked = std::env::var(NAME)
+        .ok()
+        .and_then(|text| text.trim().parse::<usize>().ok());
+    let Some(asked) = asked.filter(|asked| *asked > most_workers()) else {
+        return Ok(());
+    };
+    if asked > usize::from(MAX_JOBS) {
+        let message = format!("{NAME}={asked}: it is 1 to {MAX_JOBS}; unset it, or use -j");
+        return Err(Usage(message).into());
+    }
+    // Before any verb has started a worker.
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(most_workers())
+        .build_global()
+        .context("cannot start workers")
 }
 
 /// `4.12 MB`.

@@ -1,16 +1,17 @@
 //! `sateen render`
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Subcommand;
 use sateen::evaluator::{Cloth, Spec, SpecError};
 use sateen::fabric::Fabric;
 use sateen::progress::Progress;
 use sateen::render::{
     Comparison, Display, Drape, Layer, Light, Picture, Scene, Shape, View, compare, curtain,
-    curves, curves_csv, curves_svg, load_mesh, render, to_exr, trousers,
+    curves, curves_csv, curves_svg, is_of_curves, load_mesh, render, to_exr, trousers,
 };
 use serde_json::json;
 
@@ -200,7 +201,11 @@ fn picture(of: &SceneArg) -> Result<Outcome> {
     let cloths = || looks.iter().map(|look| &look.cloth);
     args.missing.check(cloths())?;
     let output = Output::prepare(&args.output)?;
-    let beside = |extension: &str| Output::prepare(&args.output.with_extension(extension));
+    let beside = |extension: &str| {
+        let path = args.output.with_extension(extension);
+        keep_foreign(&path)?;
+        Output::prepare(&path)
+    };
     let curve_files = match (of, &args.compare) {
         (SceneArg::Cylinders(_), None) => Some((beside("csv")?, beside("svg")?)),
         _ => None,
@@ -260,6 +265,11 @@ fn picture(of: &SceneArg) -> Result<Outcome> {
         let title = format!("{}, {}", sitter.name(), looks[0].name);
         csv.write(curves_csv(&drawn).as_bytes())?;
         svg.write(curves_svg(&title, &drawn).as_bytes())?;
+        let names = ["csv", "svg"].map(|end| args.output.with_extension(end));
+        let [csv, svg] = names.each_ref().map(|path| path.display());
+        say(&format!(
+            "the radiance across each cylinder is in {csv} and {svg}"
+        ));
     }
     if let Some(comparison) = &comparison {
         tell(comparison, &looks, args)?;
@@ -428,7 +438,7 @@ impl File<'_> {
             notes.push(("panels", "A, B, |A - B| times factor, FLIP".to_owned()));
             notes.extend(numbers(comparison));
         }
-        notes.push(("Software", TOOL.to_owned()));
+        notes.push(("Software", sateen::TOOL.to_owned()));
         Display::beside(&parts)
             .to_png(&notes)
             .context("cannot encode the PNG")
@@ -463,8 +473,6 @@ impl File<'_> {
     }
 }
 
-const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
-
 fn numbers(comparison: &Comparison) -> Vec<(&'static str, String)> {
     vec![
         ("factor", comparison.factor.to_string()),
@@ -491,4 +499,20 @@ fn tell(comparison: &Comparison, looks: &[Look], args: &PictureArgs) -> Result<(
         say(&format!("the difference is shown {factor} times as large"));
     }
     Ok(())
+}
+
+/// Refuses to replace a file beside the picture that is no drawing of curves: nobody has named it.
+fn keep_foreign(path: &Path) -> Result<()> {
+    let mut begin = Vec::new();
+    match std::fs::File::open(path) {
+        Ok(file) if path.is_file() => file.take(64).read_to_end(&mut begin)?,
+        _ => return Ok(()),
+    };
+    if begin.is_empty() || is_of_curves(&begin) {
+        return Ok(());
+    }
+    bail!(
+        "{} would be replaced by the radiance across the cylinders; move it, or name another picture with -o",
+        path.display()
+    )
 }

@@ -61,7 +61,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<Outcome> {
         let load = |name: &String| load_fabric(name, args.dye.variant.as_deref());
         args.fabrics.iter().map(load).collect::<Result<_>>()?
     };
-    let folder = report_folder(&fabrics, &args.output)?;
+    let folder = report_folder(&fabrics, &args.output, "index.html")?;
     let options = options(args);
     let mut report = Report::new(&options);
 

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::{Print, Workers};
-use crate::left_out::forecast_svg;
+use crate::forecast::forecast_svg;
 use crate::output::{Bar, Output, bytes, print, print_json, use_workers};
 
 /// Say what a scene needs of its fabrics, and what a bake for it leaves out.

@@ -59,7 +59,7 @@ pub(crate) fn run(args: &StressArgs) -> Result<Outcome> {
     };
     let load = |name: &String| load_fabric(name, args.dye.variant.as_deref());
     let fabrics: Vec<Fabric> = names.iter().map(load).collect::<Result<_>>()?;
-    let folder = report_folder(&fabrics, &args.output)?;
+    let folder = report_folder(&fabrics, &args.output, "stress.csv")?;
     let options = options(args);
     let mut report = StressReport::new(&options);
 

@@ -2,8 +2,6 @@
 
 use std::borrow::Cow;
 use std::fmt;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -12,6 +10,7 @@ use sateen::bake::Provenance;
 use sateen::fabric::{Fabric, MAX_TOML_BYTES, nearest_name};
 use sateen::pattern::{MAX_IMAGE_BYTES, Pattern};
 use sateen::table::{MAX_DECODED_BYTES, Table};
+use sateen::text::read_capped;
 
 use crate::output::{Output, Usage, say};
 
@@ -63,11 +62,11 @@ impl What {
     fn load(argument: &str, variant: Option<&str>) -> Result<Self> {
         if Fabric::from_library(argument).is_some() || !Path::new(argument).exists() {
             if argument.ends_with(".sateen") {
-                read(argument, MAX_TABLE_BYTES)?;
+                read(Path::new(argument), MAX_TABLE_BYTES)?;
             }
             return load_fabric(argument, variant).map(Self::Fabric);
         }
-        let bytes = read(argument, MAX_TABLE_BYTES)?;
+        let bytes = read(Path::new(argument), MAX_TABLE_BYTES)?;
         if bytes.first() == Some(&0x89) || argument.ends_with(".sateen") {
             if variant.is_some() {
                 let message = format!(
@@ -78,7 +77,13 @@ impl What {
             let table = Table::from_bytes(&bytes)
                 .with_context(|| format!("cannot read the table {argument}"))?;
             Ok(Self::Table(Box::new(table)))
-        } else if is_pattern(&bytes) {
+        } else if has_key(&bytes, &["camera", "light", "object"]) {
+            let message = format!(
+                "{argument} is a scene: `sateen bake --scene {argument}` bakes what it needs, `sateen render scene {argument}` takes its \
+                 picture"
+            );
+            Err(Usage(message).into())
+        } else if has_key(&bytes, &["material"]) {
             parse_pattern(&bytes, argument, variant).map(|pattern| Self::Pattern(Arc::new(pattern)))
         } else {
             parse_fabric(&bytes, argument, variant).map(Self::Fabric)
@@ -86,13 +91,13 @@ impl What {
     }
 }
 
-/// Whether this is the text of a pattern, which has materials, rather than of a fabric, which has threads.
-fn is_pattern(bytes: &[u8]) -> bool {
+/// Whether this is TOML with one of the keys. A fabric has threads, a pattern has materials.
+fn has_key(bytes: &[u8], keys: &[&str]) -> bool {
     let text = bytes.get(..MAX_TOML_BYTES).unwrap_or(bytes);
     std::str::from_utf8(text)
         .ok()
         .and_then(|text| toml::from_str::<toml::Table>(text).ok())
-        .is_some_and(|table| table.contains_key("material"))
+        .is_some_and(|table| keys.iter().any(|key| table.contains_key(*key)))
 }
 
 /// Fabrics and images that the pattern names are looked for beside it.
@@ -102,23 +107,17 @@ fn parse_pattern(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<
         return Err(Usage(message.to_owned()).into());
     }
     let folder = Path::new(argument).parent().unwrap_or(Path::new(""));
-    let files = |name: &str| {
-        let file = File::open(folder.join(name))?;
-        let mut bytes = Vec::new();
-        // One more than allowed, for the reader to refuse.
-        file.take(MAX_IMAGE_BYTES as u64 + 1)
-            .read_to_end(&mut bytes)?;
-        Ok(bytes)
-    };
+    let files = |name: &str| read_capped(&folder.join(name), MAX_IMAGE_BYTES as u64);
     let text = std::str::from_utf8(bytes).context("a pattern is text")?;
     Ok(Pattern::from_toml(text, argument, &files)?)
 }
 
 /// The fabrics that an argument of `bake` stands for: a library name, a TOML file, or what a pattern needs tables of.
-pub(crate) fn load_fabrics(argument: &str, variant: Option<&str>) -> Result<Vec<Fabric>> {
+/// Whether it is a pattern is said, too.
+pub(crate) fn load_fabrics(argument: &str, variant: Option<&str>) -> Result<(Vec<Fabric>, bool)> {
     match What::load(argument, variant)? {
-        What::Fabric(fabric) => Ok(vec![fabric]),
-        What::Pattern(pattern) => Ok(pattern.bakes().cloned().collect()),
+        What::Fabric(fabric) => Ok((vec![fabric], false)),
+        What::Pattern(pattern) => Ok((pattern.bakes().cloned().collect(), true)),
         What::Table(_) => {
             let message = format!("{argument} is a table already; name a fabric or a pattern");
             Err(Usage(message).into())
@@ -148,7 +147,11 @@ pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabri
             ),
         }
     }
-    parse_fabric(&read(argument, MAX_TOML_BYTES as u64)?, argument, variant)
+    parse_fabric(
+        &read(Path::new(argument), MAX_TOML_BYTES as u64)?,
+        argument,
+        variant,
+    )
 }
 
 fn parse_fabric(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<Fabric> {
@@ -170,22 +173,20 @@ fn parse_fabric(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<F
 }
 
 /// A file's bytes, at most `limit`.
-pub(crate) fn read(path: &str, limit: u64) -> Result<Vec<u8>> {
-    let cannot = || format!("cannot read {path}");
-    let mut bytes = Vec::new();
-    let file = File::open(path).with_context(cannot)?;
-    file.take(limit + 1)
-        .read_to_end(&mut bytes)
-        .with_context(cannot)?;
-    if bytes.len() as u64 > limit {
-        bail!("cannot read {path}: it has more than {limit} bytes, more than any such file needs");
-    }
-    Ok(bytes)
+pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    read_capped(path, limit).with_context(|| format!("cannot read {}", path.display()))
 }
 
 /// A table and the length of its file.
 pub(crate) fn load_table(path: &Path) -> Result<(Table, usize)> {
-    let bytes = read(&path.to_string_lossy(), MAX_TABLE_BYTES)?;
+    let name = path.to_string_lossy();
+    if Fabric::from_library(&name).is_some() && !path.exists() {
+        let message = format!(
+            "{name} is a fabric of the library, not a table; `sateen bake {name} -o {name}.sateen` makes one"
+        );
+        return Err(Usage(message).into());
+    }
+    let bytes = read(path, MAX_TABLE_BYTES)?;
     let table = Table::from_bytes(&bytes)
         .with_context(|| format!("cannot read the table {}", path.display()))?;
     Ok((table, bytes.len()))
@@ -206,15 +207,19 @@ pub(crate) fn provenance(table: &Table, name: &Path) -> Result<(Provenance, Fabr
     Ok((provenance, fabric))
 }
 
-/// The folder of a report on these fabrics, which can be written to.
-pub(crate) fn report_folder<'a>(fabrics: &[Fabric], folder: &'a Path) -> Result<&'a Path> {
+/// The folder of a report on these fabrics, in which `file` can be written.
+pub(crate) fn report_folder<'a>(
+    fabrics: &[Fabric],
+    folder: &'a Path,
+    file: &str,
+) -> Result<&'a Path> {
     for (index, fabric) in fabrics.iter().enumerate() {
         if fabrics[..index]
             .iter()
             .any(|other| other.name == fabric.name)
         {
             let message = format!(
-                "two fabrics are called {}, and their plots would be the same files",
+                "two fabrics are called {}, and their results would be the same files",
                 fabric.name
             );
             return Err(Usage(message).into());
@@ -228,7 +233,7 @@ pub(crate) fn report_folder<'a>(fabrics: &[Fabric], folder: &'a Path) -> Result<
         return Err(Usage(message).into());
     }
     // Before the work, to find out.
-    Output::prepare(&folder.join("index.html"))?;
+    Output::prepare(&folder.join(file))?;
     Ok(folder)
 }
 

@@ -1,0 +1,214 @@
+//! What the tool says of mistakes that are easily made: what is wrong, where, and what to do.
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use predicates::prelude::*;
+use predicates::str::contains;
+use tempfile::TempDir;
+
+const PAIR: &str = "wi_x,wi_y,wi_z,wr_x,wr_y,wr_z\n0,0,1,0,0,1\n";
+
+/// The tool in a folder of its own, which has some files.
+fn sateen(files: &[(&str, &str)], arguments: &str) -> (TempDir, Command) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, text) in files {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    let mut command = Command::cargo_bin("sateen").expect("the tool is built");
+    command
+        .current_dir(&folder)
+        .args(arguments.split_whitespace());
+    (folder, command)
+}
+
+/// That a run ends with a code and says all of these.
+fn says(files: &[(&str, &str)], arguments: &str, code: i32, words: &[&str]) {
+    let (_folder, mut command) = sateen(files, arguments);
+    let mut assert = command.assert().code(code);
+    for words in words {
+        assert = assert.stderr(contains(*words));
+    }
+}
+
+#[test]
+fn headers_of_pairs_are_quoted_with_what_they_seem_to_be() {
+    for (header, words) in [
+        (PAIR.replace(',', ";"), "separated by semicolons"),
+        (PAIR.replace(',', "\t"), "separated by tabs"),
+        (PAIR.to_uppercase(), "it has capitals"),
+        (format!("# measured\n{PAIR}"), "a comment"),
+        (format!("sep=,\n{PAIR}"), "a spreadsheet"),
+        ("0,0,1,0,0,1\n".to_owned(), "a pair already"),
+        ("x,y,z\n".to_owned(), "name the columns"),
+    ] {
+        let line = format!("{:?}", header.lines().next().unwrap());
+        let files = [("p.csv", &*header)];
+        says(&files, "eval faux-suede --pairs p.csv", 1, &[words, &line]);
+    }
+}
+
+#[test]
+fn pairs_below_the_surface_are_counted() {
+    let csv = PAIR.to_owned() + "0,0,-1,0,0,1\n0,0,1,0,0.6,-0.8\n";
+    let words = ["2 of 3 pairs have a direction below the surface"];
+    says(
+        &[("p.csv", &csv)],
+        "eval faux-suede --pairs p.csv",
+        0,
+        &words,
+    );
+}
+
+#[test]
+fn columns_that_are_there_twice_are_told() {
+    let csv = PAIR
+        .replace("wr_z\n", "wr_z,rho_r\n")
+        .replace("1\n", "1,1\n");
+    let words = ["has a column rho_r already"];
+    says(
+        &[("p.csv", &csv)],
+        "eval faux-suede --pairs p.csv",
+        0,
+        &words,
+    );
+}
+
+#[test]
+fn control_characters_do_not_reach_the_terminal() {
+    let csv = PAIR.replace("\n0,", "\n\u{1b}[31m,");
+    let (_folder, mut command) = sateen(&[("p.csv", &csv)], "eval faux-suede --pairs p.csv");
+    let assert = command.assert().code(1).stderr(contains("u{1b}"));
+    assert.stderr(contains("\u{1b}").not());
+}
+
+#[test]
+fn a_share_without_a_percent_sign_is_below_a_tenth() {
+    for verb in ["bake faux-suede -o a.sateen", "validate a.sateen"] {
+        let words = ["0.5% or 50%"];
+        says(&[], &format!("{verb} --max-error 0.5"), 2, &words);
+    }
+}
+
+#[test]
+fn sizes_may_be_decimal_and_have_fractions() {
+    let export = "export a.sateen --format ktx2 -o a.ktx2 --max-bytes";
+    for size in ["8MB", "1.5MiB", "64MiB"] {
+        // The table is not there; the size is fine.
+        says(
+            &[],
+            &format!("{export} {size}"),
+            1,
+            &["cannot read a.sateen"],
+        );
+    }
+    for size in ["65MiB", "8GB"] {
+        says(
+            &[],
+            &format!("{export} {size}"),
+            2,
+            &["from 16KiB to 64MiB"],
+        );
+    }
+}
+
+#[test]
+fn what_an_argument_seems_to_be_is_told() {
+    let scene = "[[camera]]\n";
+    says(&[], "info denim", 2, &["not a table", "sateen bake denim"]);
+    says(
+        &[("s.toml", scene)],
+        "bake s.toml",
+        2,
+        &["is a scene", "--scene s.toml"],
+    );
+    says(&[], "bake denim -o denim.png", 2, &["ends in .sateen"]);
+}
+
+#[test]
+fn doubtful_parameters_are_told_by_bake() {
+    let fabric = |albedo: &str, gamma: f64| {
+        format!(
+            "name = \"f\"\ntitle = \"F\"\nsource = \"none\"\n[[thread]]\nname = \"warp\"\ndirection_deg = 0\ncoverage = 1\nalbedo = {albedo}\neta = 1.4\nk_d = 0.1\n\
+             gamma_s_deg = {gamma}\ngamma_v_deg = {gamma}\ntangent_offsets_deg = [0, 0]\ntangent_lengths = [1]\n"
+        )
+    };
+    for (albedo, gamma, words) in [
+        (
+            "[200, 100, 0.5]",
+            10.0,
+            &["albedo of warp is up to 200", "times what arrives"][..],
+        ),
+        (
+            "{ color = [1, 1, 1], scale = 0.5 }",
+            0.2,
+            &["degrees, not radians"],
+        ),
+        ("0.5", 10.0, &[]),
+    ] {
+        let text = fabric(albedo, gamma);
+        let files = [("f.toml", &*text)];
+        says(&files, "bake f.toml --preset draft -o f.sateen", 0, words);
+    }
+    let text = fabric("0.5", 10.0);
+    let (_folder, mut command) = sateen(
+        &[("f.toml", &text)],
+        "bake f.toml --preset draft -o f.sateen",
+    );
+    command.assert().success().stderr("");
+}
+
+#[test]
+fn a_pattern_and_a_scene_have_a_folder_of_tables() {
+    let pattern =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tables/patterns/polka-dot-lining.toml");
+    let (folder, mut command) = sateen(&[], "bake --preset draft -o out");
+    command.arg(pattern).assert().success();
+    let names = fs::read_dir(folder.path().join("out")).expect("a folder");
+    assert!(names.count() > 0);
+}
+
+#[test]
+fn files_beside_a_picture_are_not_replaced_unless_they_are_its_own() {
+    let render = "render cylinders faux-suede --size 16 -o satin.png";
+    let files = [("satin.csv", PAIR)];
+    let (folder, mut command) = sateen(&files, render);
+    command
+        .assert()
+        .code(1)
+        .stderr(contains("satin.csv would be replaced"));
+    assert_eq!(
+        fs::read_to_string(folder.path().join("satin.csv")).unwrap(),
+        PAIR
+    );
+    fs::remove_file(folder.path().join("satin.csv")).unwrap();
+    for _ in 0..2 {
+        let mut command = Command::cargo_bin("sateen").unwrap();
+        command.current_dir(&folder).args(render.split(' '));
+        command
+            .assert()
+            .success()
+            .stderr(contains("satin.csv and satin.svg"));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn output_may_be_the_standard_one_by_its_name() {
+    for output in ["-", "/dev/stdout"] {
+        let arguments = format!("eval faux-suede --pairs p.csv -o {output}");
+        let (_folder, mut command) = sateen(&[("p.csv", PAIR)], &arguments);
+        command.assert().success().stdout(contains("rho_r"));
+    }
+}
+
+#[test]
+fn workers_of_the_environment_are_bounded_like_those_of_the_flag() {
+    let (_folder, mut command) = sateen(&[], "fabrics");
+    command.env("RAYON_NUM_THREADS", "100000");
+    command
+        .assert()
+        .code(2)
+        .stderr(contains("RAYON_NUM_THREADS=100000"));
+}
