@@ -81,6 +81,10 @@
 
 extern crate alloc;
 
+/// Name and version of what writes files.
+#[doc(hidden)]
+pub const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
+
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!("sateen needs one of the features `std` and `libm`");
 

@@ -1,7 +1,6 @@
 //! One fabric, and any number of its tables.
 
 use super::choose::{Planned, Representation, choose_all};
-use super::provenance::TOOL;
 use super::survey::Survey;
 use super::{
     BakeError, Cost, FabricText, Goal, Provenance, Request, Scope, Settings, budget, encode,
@@ -29,7 +28,7 @@ pub struct Baked {
     /// What made it, and how much it errs.
     pub provenance: Provenance,
     /// Whether the goal is reached; if not, nothing that was tried comes nearer to it.
-    pub kept: bool,
+    pub within: bool,
     /// What the table costs.
     pub cost: Cost,
 }
@@ -112,7 +111,7 @@ impl<'a> Baker<'a> {
             .reference
             .measure_table(&table, pairs, seed, measuring)?;
         let provenance = Provenance {
-            tool: TOOL.to_owned(),
+            tool: crate::TOOL.to_owned(),
             settings: settings.clone(),
             adapted: None,
             scope: scope.note(),
@@ -128,7 +127,7 @@ impl<'a> Baker<'a> {
             },
             table,
             provenance,
-            kept: true,
+            within: true,
         };
         baked.record();
         Ok(baked)

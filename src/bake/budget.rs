@@ -111,7 +111,7 @@ pub(super) fn bake(
         }
         let cost = baked.cost;
         let held = budget.holds(&cost);
-        baked.kept = held;
+        baked.within = held;
         if best
             .as_ref()
             .is_none_or(|best| budget.excess(&cost) < budget.excess(&best.cost))

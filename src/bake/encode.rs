@@ -19,7 +19,7 @@ const BRIGHT: f64 = 1e30;
 const HEADROOM: f64 = 1.15;
 
 /// Samples the planned function at its sites and solves for the coefficients: all of them, or those that the scope needs, which are the
-/// same to the last bit. The result does not depend on the number of threads, either.
+/// same to the last bit. The result does not depend on the number of workers, either.
 pub(super) fn fill_grid(
     thread: &Thread,
     planned: Planned,

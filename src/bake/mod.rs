@@ -40,6 +40,7 @@ use crate::progress::Cancelled;
 
 /// Why there is no table.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BakeError {
     /// The caller wants it no more.
     #[error(transparent)]

@@ -1,4 +1,4 @@
-//! What presets promise, and how a bake keeps it for a fabric that is stiffer than most.
+//! What presets promise, and how a bake keeps it for a fabric whose lobes are narrower than those of most.
 //!
 //! Narrow lobes on curves with many ends, or threads that hardly face the viewer, may need more knots than a preset's size
 //! allows, or err in few places so much that the mean does not tell. Then all threads are evaluated directly, whose accuracy
@@ -94,10 +94,10 @@ pub(super) fn bake(
         // Few fabrics need another attempt: a bar that begins again is more honest than one that is never full.
         let mut baked = baker.bake_as_set(&tried, scope, progress)?;
         let excess = promise.excess(&baked.provenance.error);
-        baked.kept = excess <= 1.0;
+        baked.within = excess <= 1.0;
         baked.provenance.settings = settings.clone();
         baked.provenance.adapted = adapted;
-        let is_kept = baked.kept;
+        let is_kept = baked.within;
         if best.as_ref().is_none_or(|(_, least)| excess < *least) {
             best = Some((baked, excess));
         }

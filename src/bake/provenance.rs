@@ -41,14 +41,11 @@ pub struct FabricText {
     pub toml: String,
 }
 
-/// Name and version of what writes a table.
-pub(super) const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
-
 impl Provenance {
     /// Whether a bake makes the same of `fabric`, `settings` and `scope`: the text, the variant, every setting, what is
     /// needed and the tool's version are those of the table.
     pub fn is_of(&self, fabric: &Fabric, settings: &Settings, scope: &Scope<'_>) -> bool {
-        self.tool == TOOL
+        self.tool == crate::TOOL
             && self.settings == *settings
             && self.scope == scope.note()
             && self.fabric == FabricText::of(fabric)

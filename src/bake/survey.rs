@@ -52,7 +52,7 @@ impl<'a> Survey<'a> {
         progress: Progress<'_>,
     ) -> Result<&Ladders, Cancelled> {
         let is_it = |known: &(Integrand, Encoding, Ladders)| {
-            known.0.is_of(integrand) && known.1 == encoding
+            known.0.is_of(integrand) && known.1.is_root() == encoding.is_root()
         };
         let index = match self.ladders.iter().position(is_it) {
             Some(index) => index,

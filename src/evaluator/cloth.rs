@@ -93,7 +93,7 @@ impl Cloth {
         Evaluator::from(model).into()
     }
 
-    /// ρ of every pair, each at its (u, v); of what is the same everywhere `places` are not looked at.
+    /// ρ of every pair, each at its (u, v); of what is the same everywhere `places` are ignored.
     ///
     /// # Panics
     /// When the slices are not all of one length.

@@ -178,6 +178,13 @@ impl Evaluator<f32> {
         wr: Directions<'_>,
         rho: Colours<'_>,
     ) {
+        let count = wi[0].len();
+        let is_whole = |slices: Directions<'_>| slices.iter().all(|slice| slice.len() == count);
+        let of_rho = rho.each_ref().map(|slice| slice.len());
+        assert!(
+            is_whole(wi) && is_whole(wr) && of_rho == [count; 3],
+            "slices differ in length"
+        );
         // The loops are within the arms, so that what is called is known in them.
         match (&self.way, self.pace) {
             (Way::Table { table, missing, .. }, pace) => {

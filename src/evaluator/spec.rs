@@ -43,6 +43,7 @@ impl fmt::Display for Spec {
 
 /// What is wrong with the name of a way to evaluate a fabric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SpecError {
     /// No such name.
     #[error("it is one of table, midpoint:N, quadrature:N, reference")]

@@ -62,6 +62,7 @@ pub struct Fit {
 
 /// Why there is no fit.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FitError {
     /// The translated yarns have no spine.
     #[error(transparent)]

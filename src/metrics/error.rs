@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::Baked;
+use super::TableModel;
 use super::pairs::{Pair, PairKind, endless_pairs};
 use crate::fabric::Fabric;
 use crate::model::{Model, Rule, Sadeghi};
@@ -314,10 +314,10 @@ impl<'a> Reference<'a> {
         progress: Progress<'_>,
     ) -> Result<ErrorReport, Cancelled> {
         if table.has_all_pairs() {
-            return self.measure(&Baked(table), count, seed, progress);
+            return self.measure(&TableModel(table), count, seed, progress);
         }
         let truth = self.partial_truth(table, count, seed, progress.part(0.0, 0.9))?;
-        let errors = truth.measure(&Baked(table), progress.part(0.9, 1.0))?;
+        let errors = truth.measure(&TableModel(table), progress.part(0.9, 1.0))?;
         Ok(errors.report(seed, Vec::new()))
     }
 
@@ -360,20 +360,6 @@ impl<'a> Reference<'a> {
         };
         Ok(of_views.map(bias).collect())
     }
-}
-
-/// Measures `approximation` against direct integration of `fabric` on `count` protocol pairs.
-///
-/// # Errors
-/// When `progress` says stop.
-pub fn measure(
-    fabric: &Fabric,
-    approximation: &dyn Model<f64>,
-    count: usize,
-    seed: u64,
-    progress: Progress<'_>,
-) -> Result<ErrorReport, Cancelled> {
-    Reference::new(fabric).measure(approximation, count, seed, progress)
 }
 
 /// Measures a table against direct integration of its `fabric`, as [`Reference::measure_table`].

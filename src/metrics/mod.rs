@@ -18,9 +18,7 @@ mod physics;
 mod time;
 
 pub use energy::{Reflectance, ViewReflectance, conserving};
-pub use error::{
-    Bias, ErrorReport, PairErrors, Quantiles, Reference, Truth, measure, measure_table,
-};
+pub use error::{Bias, ErrorReport, PairErrors, Quantiles, Reference, Truth, measure_table};
 pub use pairs::{Pair, PairKind, Pairs, protocol_pairs};
 pub use pairs_file::{MAX_CSV_BYTES, MAX_CSV_LINE_BYTES, PairsFile, PairsFileError};
 pub use physics::Physics;
@@ -31,9 +29,9 @@ use crate::table::Table;
 
 /// A table as a model among others.
 #[derive(Debug, Clone, Copy)]
-pub struct Baked<'a>(pub &'a Table);
+pub struct TableModel<'a>(pub &'a Table);
 
-impl Model<f64> for Baked<'_> {
+impl Model<f64> for TableModel<'_> {
     fn eval_cos(&self, wi: [f64; 3], wr: [f64; 3]) -> [f64; 3] {
         let single = |w: [f64; 3]| w.map(|x| x as f32);
         self.0.eval_cos(single(wi), single(wr)).map(f64::from)

@@ -215,6 +215,7 @@ impl<I: Integrand> DoubleKernel for AtNodes<'_, I> {
 
     #[inline(always)]
     fn run<L: Doubles>(self) -> Self::Output {
+        const { assert!(ORDER.is_multiple_of(L::LANES), "no lane is left over") };
         let [nodes, _] = &*NODES;
         let (middle, half) = (L::of(self.middle), L::of(self.half));
         let (mut surface, mut volume) = ([0.0; ORDER], [0.0; ORDER]);

@@ -63,7 +63,7 @@ pub fn to_exr(layers: &[Layer], width: usize, as_float: bool) -> Result<Vec<u8>,
             let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> =
                 layer.channels.iter().map(channel).collect();
             let mut attributes = LayerAttributes::named(text(&layer.name));
-            attributes.software_name = Some(text(super::TOOL));
+            attributes.software_name = Some(text(crate::TOOL));
             let line = |(key, value): &(&str, String)| format!("{key}: {value}\n");
             attributes.comments = Some(text(&layer.notes.iter().map(line).collect::<String>()));
             ExrLayer::new(

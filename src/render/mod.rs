@@ -12,22 +12,22 @@
 //! shadows itself; a [`Drape`] is cloth that hangs, or any mesh, and does. A [`Picture`] holds linear radiance and coverage;
 //! [`Display`] is what a screen shows of it, by the exponent 1/2.2 that the thesis takes.
 
-mod cloth;
 mod compare;
 mod curves;
 mod display;
 mod drape;
 mod exr;
+mod points;
 mod shape;
 
-#[cfg(feature = "scene")]
-pub(crate) use cloth::Pairs;
-use cloth::Points;
 pub use compare::{Comparison, compare};
-pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg};
+pub use curves::{Curve, CurvePoint, CylinderCurve, curves, curves_csv, curves_svg, is_of_curves};
 pub use display::Display;
 pub use drape::Drape;
 pub use exr::{Layer, to_exr};
+#[cfg(feature = "scene")]
+pub(crate) use points::Pairs;
+use points::Points;
 pub use shape::{Cylinder, Shape};
 
 pub use crate::evaluator::{Cloth, MISSING, Missing};
@@ -38,9 +38,6 @@ use rayon::prelude::*;
 
 pub use crate::mesh::{Mesh, MeshError, Place, curtain, load_mesh, skirt, trousers};
 use crate::progress::{Cancelled, Progress};
-
-/// Who made a file.
-const TOOL: &str = concat!("sateen ", env!("CARGO_PKG_VERSION"));
 
 /// How a picture is taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,7 +122,7 @@ pub struct Seen {
 /// Pairs that are evaluated at once, about.
 const BATCH: usize = 4096;
 
-/// Takes the picture. The result does not depend on the number of threads.
+/// Takes the picture. The result does not depend on the number of workers.
 ///
 /// # Errors
 /// When `progress` says stop.

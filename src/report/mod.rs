@@ -166,7 +166,7 @@ impl Report {
     /// Nothing measured yet.
     pub fn new(options: &Options) -> Self {
         Self {
-            tool: concat!("sateen ", env!("CARGO_PKG_VERSION")).to_owned(),
+            tool: crate::TOOL.to_owned(),
             machine: Machine::detect(),
             pairs: options.pairs,
             seed: options.seed,
@@ -197,6 +197,7 @@ impl Report {
 
 /// Why nothing was measured.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
     /// A table could not be baked.
     #[error(transparent)]
@@ -213,7 +214,7 @@ pub enum ReportError {
 }
 
 /// Bakes the tables of `fabric` and measures every evaluator. All but the times is the same for the same input, on any
-/// number of threads; times are taken on the calling one.
+/// number of workers; times are taken on the calling one.
 ///
 /// # Errors
 /// When `progress` says stop, or a table cannot be made.

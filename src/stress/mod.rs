@@ -1,6 +1,6 @@
-//! What holds, and how error grows, where fabrics are stiff and directions extreme.
+//! What holds, and how error grows, where fabrics and directions are extreme.
 //!
-//! Every fabric is asked at pairs that are hard ([`Geometry`]), and made stiffer than any cloth ([`Sweep`]) and asked again. Of
+//! Every fabric is asked at pairs that are hard ([`Geometry`]), and made more extreme than any cloth ([`Sweep`]) and asked again. Of
 //! each evaluator a [`Verdict`] says whether values are finite and not negative, how far single precision is from double,
 //! whether values step where the model does not, and how far they are from the reference; of each preset whether its promise was
 //! kept, and by what means. What is not physical about the model itself is measured beside, so that it is not taken for an error.
@@ -70,7 +70,7 @@ impl Options {
     }
 }
 
-/// Pairs on which the error of a stiff table is measured after baking.
+/// Pairs on which the error of an extreme fabric's table is measured after baking.
 const BAKE_PAIRS: usize = 4096;
 /// A deviation or step beyond this fails a case: a hundredth of a value is seen.
 pub const TOLERANCE: f64 = 1e-2;
@@ -99,13 +99,13 @@ pub struct FabricStress {
     pub physics: Physics,
     /// The fabric as it is, geometry by geometry, then its sweeps.
     pub cases: Vec<Case>,
-    /// How error grows with stiffness.
+    /// How error grows as lobes get narrower.
     pub growth: Vec<Growth>,
     /// How well charts are conditioned, by geometry.
     pub charts: Vec<ChartCondition>,
 }
 
-/// A fabric, or a stiffer one, at some pairs.
+/// A fabric, or a more extreme one, at some pairs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     /// What is extreme.
@@ -199,7 +199,7 @@ impl StressReport {
     /// Nothing found yet.
     pub fn new(options: &Options) -> Self {
         Self {
-            tool: concat!("sateen ", env!("CARGO_PKG_VERSION")).to_owned(),
+            tool: crate::TOOL.to_owned(),
             pairs: options.pairs,
             seed: options.seed,
             fabrics: Vec::new(),
@@ -221,7 +221,7 @@ impl StressReport {
     }
 }
 
-/// Tries a fabric. The same input gives the same result on any number of threads.
+/// Tries a fabric. The same input gives the same result on any number of workers.
 ///
 /// # Errors
 /// When `progress` says stop.
@@ -230,12 +230,12 @@ pub fn stress(
     options: &Options,
     progress: Progress<'_>,
 ) -> Result<FabricStress, BakeError> {
-    let stiff = options
+    let extreme = options
         .sweeps
         .iter()
         .flat_map(|(sweep, values)| values.iter().map(|value| (*sweep, *value)));
-    let stiff: Vec<(Sweep, f64)> = stiff.collect();
-    let count = stiff.len() as f64 + 2.0;
+    let extreme: Vec<(Sweep, f64)> = extreme.collect();
+    let count = extreme.len() as f64 + 2.0;
     let part = |k: usize| progress.part(k as f64 / count, (k + 1) as f64 / count);
 
     let bakes = bakes(fabric, options, part(0))?;
@@ -254,7 +254,7 @@ pub fn stress(
         cases.push(case(Extreme::Planes, fabric, planes, &tables));
     }
 
-    for (index, (sweep, value)) in stiff.into_iter().enumerate() {
+    for (index, (sweep, value)) in extreme.into_iter().enumerate() {
         let what = Extreme::Fabric(sweep, value);
         let progress = part(index + 1);
         match sweep.apply(fabric, value) {
@@ -264,14 +264,19 @@ pub fn stress(
                 bakes: Vec::new(),
                 refused: Some(error.message),
             }),
-            Ok(stiff) => {
-                let bakes = self::bakes(&stiff, options, progress)?;
+            Ok(extreme) => {
+                let bakes = self::bakes(&extreme, options, progress)?;
                 let each = options.pairs.div_ceil(Geometry::ALL.len()).max(20);
                 let pairs = Geometry::ALL
                     .iter()
-                    .flat_map(|geometry| geometry.pairs(&stiff, each, options.seed))
+                    .flat_map(|geometry| geometry.pairs(&extreme, each, options.seed))
                     .collect();
-                cases.push(case(what, &stiff, pairs, &bakes.iter().collect::<Vec<_>>()));
+                cases.push(case(
+                    what,
+                    &extreme,
+                    pairs,
+                    &bakes.iter().collect::<Vec<_>>(),
+                ));
             }
         }
         progress.steps(1).advance()?;
@@ -325,7 +330,7 @@ impl Baking {
         let choices = provenance.choices.iter();
         Self {
             preset,
-            kept: baked.kept,
+            kept: baked.within,
             adapted: provenance.adapted,
             mean: provenance.error.all.mean,
             p99: provenance.error.all.p99,
@@ -364,19 +369,19 @@ fn case(
 }
 
 fn growth(cases: &[Case]) -> Vec<Growth> {
-    let stiff: Vec<(f64, &Case)> = cases
+    let extreme: Vec<(f64, &Case)> = cases
         .iter()
         .filter_map(|case| match case.what {
             Extreme::Fabric(Sweep::GammaS, gamma) => Some((gamma, case)),
             _ => None,
         })
         .collect();
-    let Some((_, first)) = stiff.first() else {
+    let Some((_, first)) = extreme.first() else {
         return Vec::new();
     };
     let names = first.verdicts.iter().map(|verdict| &verdict.evaluator);
     let of = |name: &str, value: fn(&Verdict) -> f64| {
-        let points = stiff.iter().filter_map(|(gamma, case)| {
+        let points = extreme.iter().filter_map(|(gamma, case)| {
             let mut verdicts = case.verdicts.iter();
             let verdict = verdicts.find(|verdict| verdict.evaluator == name)?;
             Some((-gamma.ln(), value(verdict).max(1e-9).ln()))

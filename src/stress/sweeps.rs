@@ -1,4 +1,4 @@
-//! Fabrics that are stiffer, or otherwise more extreme, than any cloth.
+//! Fabrics that are more extreme than any cloth.
 
 use serde::{Deserialize, Serialize};
 

@@ -138,7 +138,7 @@ fn slabs(nodes: &[Nodes; 4]) -> usize {
 }
 
 impl Volume {
-    /// The volume of a table. It does not depend on the number of threads.
+    /// The volume of a table. It does not depend on the number of workers.
     ///
     /// Where a table was baked for some pairs alone, nodes elsewhere have the nearest value, as its lookups do; the volume does not tell one
     /// from the other.

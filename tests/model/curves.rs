@@ -402,10 +402,10 @@ fn a_bake_does_not_try_direct_evaluation_where_every_thread_is_a_curve() {
         ..settings.into()
     };
     let Baked {
-        provenance, kept, ..
+        provenance, within, ..
     } = bake(&fabric, request, Progress::silent()).unwrap();
     assert!(
-        !kept && provenance.adapted == Some(Adapted::Larger),
+        !within && provenance.adapted == Some(Adapted::Larger),
         "{:?}",
         provenance.adapted
     );

@@ -217,17 +217,17 @@ fn what_no_settings_keep_is_said() {
     let Baked {
         table,
         provenance,
-        kept,
+        within,
         ..
     } = bake(settings.clone());
     assert_eq!(Provenance::of(&table).as_ref(), Ok(&provenance));
-    assert!(!kept && !Preset::Fine.promise().holds(&provenance.error));
+    assert!(!within && !Preset::Fine.promise().holds(&provenance.error));
     assert_eq!(provenance.settings, settings);
     let baked = bake(Settings {
         direct: Direct::Worthwhile,
         ..settings
     });
-    assert!(baked.kept, "{:?}", baked.provenance.error);
+    assert!(baked.within, "{:?}", baked.provenance.error);
 }
 
 /// The same ones at every run.

@@ -356,7 +356,7 @@ fn the_tool_hangs_cloth_and_says_how() {
         &["mesh", mesh, "denim", "--light-deg", "0"],
     ];
     for (scene, lights) in scenes.into_iter().zip([3, 3, 2, 1]) {
-        // The same on any number of threads.
+        // The same on any number of workers.
         let [one, two] = ["1", "2"].map(|jobs| {
             let path = folder.path().join("a.png");
             picture(&[scene, &["-j", jobs]].concat(), &path).success();

@@ -2,7 +2,7 @@
 
 use crate::common::{fabric, tiny, tiny_table};
 use sateen::bake::{Request, Scope, bake};
-use sateen::metrics::{Baked, Truth, protocol_pairs};
+use sateen::metrics::{TableModel, Truth, protocol_pairs};
 use sateen::model::Model;
 use sateen::needs::{Directions, Needs};
 use sateen::progress::Progress;
@@ -32,7 +32,7 @@ fn more_bytes_err_less_and_fit_the_budget() {
     for name in ["denim", "felt"] {
         let table = tiny_table(name);
         let pairs = protocol_pairs(&fabric(name), 2048, 9);
-        let truth = Truth::of_model(&Baked(table), pairs, Progress::silent()).unwrap();
+        let truth = Truth::of_model(&TableModel(table), pairs, Progress::silent()).unwrap();
         let mut before = f64::INFINITY;
         for max_bytes in [64 << 10, 1 << 20, 8 << 20] {
             let volume = volume(table, max_bytes);

@@ -74,7 +74,9 @@ impl Table {
     /// are, and it needs no zstd.
     pub fn to_mappable_bytes(&self) -> Vec<u8> {
         let store: Code = |bytes, _| Ok((Codec::Stored, bytes));
-        let mut bytes = self.to_file(MAPPED_MINOR, store).unwrap_or_default();
+        let mut bytes = self
+            .to_file(MAPPED_MINOR, store)
+            .expect("storing cannot fail");
         bytes.extend([0; MARGIN]);
         bytes
     }
