@@ -353,10 +353,7 @@ fn doubt_energy(fabric: &Fabric, provenance: &Provenance) {
 /// Says that ρ is scaled, if it is.
 fn scale_line(fabric: &Fabric) -> String {
     if fabric.rho_scale < 1.0 {
-        format!(
-            "  scaled by {} so that no more is reflected than arrives\n",
-            fabric.rho_scale
-        )
+        format!("  scaled by {} (rho_scale)\n", fabric.rho_scale)
     } else {
         String::new()
     }
@@ -471,9 +468,9 @@ fn output_paths(jobs: &[Job], args: &BakeArgs) -> Result<Vec<PathBuf>> {
             }
             return Ok(vec![path.to_owned()]);
         }
-        Some(path) if found.is_some() => {
+        Some(path) if found.is_some() || path.extension().is_some_and(|end| end == "sateen") => {
             let message = format!(
-                "-o {}: tables of several fabrics, of a scene or of a pattern need a folder, but this is a file",
+                "-o {}: tables of several fabrics, of a scene or of a pattern need a folder, and this names a file",
                 path.display()
             );
             return Err(Usage(message).into());
