@@ -99,6 +99,17 @@ pub fn read_capped(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// All bytes of a file that another file names: not of a pipe or device, which may never end.
+///
+/// # Errors
+/// As [`read_capped`]; and when it is no ordinary file.
+pub fn read_ordinary(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    if !path.metadata()?.is_file() {
+        return Err(io::Error::other("it is no ordinary file"));
+    }
+    read_capped(path, most)
+}
+
 /// A text that is read.
 pub(crate) struct Source<'a> {
     pub(crate) file: &'a str,

@@ -8,7 +8,7 @@ use super::MeshError;
 use super::load::{Corner, MAX_CORNERS};
 
 /// The most corners of a face.
-const MAX_FACE: usize = 1 << 16;
+const MAX_FACE: usize = 1 << 12;
 
 /// What a line of a file says.
 enum Fault {

@@ -161,6 +161,24 @@ fn only_what_is_cloth_needs_texture_coordinates() {
 }
 
 #[test]
+fn what_is_scaled_to_a_plane_keeps_its_normals() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = square(folder.path(), |file| {
+        add_floats(file, folder.path(), &[0., 0., 1.].repeat(4), "VEC3");
+        file["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(6);
+        file["nodes"][0]["scale"] = json!([1, 1, 0]);
+    });
+    let mesh = file
+        .unwrap()
+        .into_parts()
+        .pop()
+        .unwrap()
+        .into_mesh()
+        .unwrap();
+    assert!(mesh.normals.iter().all(|normal| *normal == glam::Vec3::Z));
+}
+
+#[test]
 fn what_a_file_hides_is_not_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let file = square(folder.path(), |file| {

@@ -76,6 +76,20 @@ fn columns_that_are_there_twice_are_told() {
 }
 
 #[test]
+fn what_is_read_is_not_replaced() {
+    for arguments in [
+        "eval faux-suede --pairs p.csv -o p.csv",
+        "eval faux-suede --pairs p.csv -o ./p.csv",
+        "record p.csv -o p.csv",
+    ] {
+        let (folder, mut command) = sateen(&[("p.csv", PAIR)], arguments);
+        command.assert().code(2).stderr(contains("is what is read"));
+        let kept = fs::read_to_string(folder.path().join("p.csv")).unwrap();
+        assert_eq!(kept, PAIR);
+    }
+}
+
+#[test]
 fn control_characters_do_not_reach_the_terminal() {
     let csv = PAIR.replace("\n0,", "\n\u{1b}[31m,");
     let (_folder, mut command) = sateen(&[("p.csv", &csv)], "eval faux-suede --pairs p.csv");

@@ -65,18 +65,25 @@ pub(crate) fn parse_within(
     }
 }
 
-/// From here on a share without a percent sign is more likely a percentage whose sign was forgotten.
+/// From here on an error without a percent sign is more likely a percentage whose sign was forgotten.
 const DOUBTFUL: f64 = 0.1;
+
+/// A share of error.
+pub(crate) fn parse_error(text: &str) -> Result<f64, String> {
+    match parse_share(text)? {
+        share if share >= DOUBTFUL && !text.ends_with('%') => Err(format!(
+            "without a percent sign it is below {DOUBTFUL}; write {share}% or {}%",
+            100.0 * share
+        )),
+        share => Ok(share),
+    }
+}
 
 pub(crate) fn parse_share(text: &str) -> Result<f64, String> {
     let (number, unit) = text
         .strip_suffix('%')
         .map_or((text, 1.0), |number| (number, 0.01));
     match number.trim().parse::<f64>() {
-        Ok(share) if unit == 1.0 && share >= DOUBTFUL && share.is_finite() => Err(format!(
-            "without a percent sign it is below {DOUBTFUL}; write {share}% or {}%",
-            100.0 * share
-        )),
         Ok(share) if share >= 0.0 && share.is_finite() => Ok(share * unit),
         _ => Err("it is a share like 0.01 or 1%".to_owned()),
     }
@@ -132,9 +139,13 @@ mod tests {
         assert_eq!(parse_share("1%"), Ok(0.01));
         assert_eq!(parse_share("0.05"), Ok(0.05));
         assert_eq!(parse_share("50%"), Ok(0.5));
-        assert!(parse_share("0.5").unwrap_err().contains("0.5% or 50%"));
-        for bad in ["", "%", "-1", "nan", "inf", "x", "0.1", "1"] {
+        assert_eq!(parse_share("0.5"), Ok(0.5));
+        assert_eq!(parse_error("50%"), Ok(0.5));
+        assert!(parse_error("0.5").unwrap_err().contains("0.5% or 50%"));
+        assert!(parse_error("0.1").is_err());
+        for bad in ["", "%", "-1", "nan", "inf", "x"] {
             assert!(parse_share(bad).is_err(), "{bad}");
+            assert!(parse_error(bad).is_err(), "{bad}");
         }
         assert_eq!(parse_size("64KiB"), Ok(65536));
         assert_eq!(parse_size("1.5MiB"), Ok(3 << 19));

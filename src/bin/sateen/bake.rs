@@ -19,7 +19,7 @@ use sateen::table::{Encoding, Table};
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::{Dye, Print, Workers, parse_share, parse_size};
+use crate::args::{Dye, Print, Workers, parse_error, parse_size};
 use crate::info::scope_text;
 use crate::output::{
     Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, go_on, print, print_json,
@@ -63,7 +63,7 @@ pub(crate) struct BakeArgs {
     preset: Preset,
     /// The most mean relative error (0.01 or 1%). The cheapest table that keeps this and the other limits is baked; if there is
     /// none, nothing is written and the exit status is 3.
-    #[arg(long, value_name = "E", value_parser = parse_share, conflicts_with = "preset")]
+    #[arg(long, value_name = "E", value_parser = parse_error, conflicts_with = "preset")]
     max_error: Option<f64>,
     /// The most bytes in memory, such as 64KiB or 4MiB.
     #[arg(long, value_name = "N", value_parser = parse_size, conflicts_with = "preset")]

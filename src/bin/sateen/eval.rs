@@ -53,6 +53,9 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
         .as_deref()
         .filter(|path| *path != Path::new("-"));
     let output = output.map(Output::prepare).transpose()?;
+    if let Some(output) = &output {
+        output.is_none_of([&*args.pairs, Path::new(&args.subject)])?;
+    }
     let input = read_pairs(&args.pairs, source.place_columns())?;
     if input.not_unit() > 0 {
         say(&format!(

@@ -69,7 +69,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
     let (table, _) = load_table(&args.table)?;
     let (provenance, fabric) = provenance(&table, &args.table)?;
     // Before the work, to find out.
-    Output::prepare(&args.output)?;
+    Output::prepare(&args.output)?.is_none_of([&*args.table])?;
 
     let mut bar = Bar::new(1);
     bar.begin(&fabric.name);

@@ -175,6 +175,23 @@ impl Output {
         Ok(output)
     }
 
+    /// Refuses an output that is read, too.
+    ///
+    /// # Errors
+    /// When it is one of `inputs`.
+    pub(crate) fn is_none_of<'a>(&self, inputs: impl IntoIterator<Item = &'a Path>) -> Result<()> {
+        let is_it = |input: &&Path| {
+            !self.is_special && fs::canonicalize(input).is_ok_and(|input| input == self.target)
+        };
+        match inputs.into_iter().find(is_it) {
+            None => Ok(()),
+            Some(input) => {
+                let message = format!("-o {} is what is read; name another file", input.display());
+                Err(Usage(message).into())
+            }
+        }
+    }
+
     /// Writes the whole file.
     pub(crate) fn write(&self, bytes: &[u8]) -> Result<()> {
         let cannot = || format!("cannot write {}", self.path.display());

@@ -25,6 +25,13 @@ pub(crate) struct RecordArgs {
 
 pub(crate) fn run(args: &RecordArgs) -> Result<Outcome> {
     let output = Output::prepare(&args.output)?;
+    // A recording may grow.
+    output.is_none_of(
+        args.inputs
+            .iter()
+            .map(|path| &**path)
+            .filter(|path| !is_recording(path)),
+    )?;
     let mut needs = Needs::none();
     for path in &args.inputs {
         if is_recording(path) {

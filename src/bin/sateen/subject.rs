@@ -10,7 +10,7 @@ use sateen::bake::Provenance;
 use sateen::fabric::{Fabric, MAX_TOML_BYTES, nearest_name};
 use sateen::pattern::{MAX_IMAGE_BYTES, Pattern};
 use sateen::table::{MAX_DECODED_BYTES, Table};
-use sateen::text::read_capped;
+use sateen::text::{read_capped, read_ordinary};
 
 use crate::output::{Output, Usage, say};
 
@@ -107,7 +107,7 @@ fn parse_pattern(bytes: &[u8], argument: &str, variant: Option<&str>) -> Result<
         return Err(Usage(message.to_owned()).into());
     }
     let folder = Path::new(argument).parent().unwrap_or(Path::new(""));
-    let files = |name: &str| read_capped(&folder.join(name), MAX_IMAGE_BYTES as u64);
+    let files = |name: &str| read_ordinary(&folder.join(name), MAX_IMAGE_BYTES as u64);
     let text = std::str::from_utf8(bytes).context("a pattern is text")?;
     Ok(Pattern::from_toml(text, argument, &files)?)
 }

@@ -9,7 +9,7 @@ use sateen::progress::Progress;
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::args::{Draw, Print, Workers, parse_share};
+use crate::args::{Draw, Print, Workers, parse_error};
 use crate::output::{Bar, error_lines, print, print_json, sizes, talk, use_workers};
 use crate::subject::{load_table, provenance};
 
@@ -23,7 +23,7 @@ pub(crate) struct ValidateArgs {
     #[arg(value_name = "TABLE", required = true)]
     tables: Vec<PathBuf>,
     /// Exit with status 3 when the mean relative error of any table exceeds this (0.01 or 1%).
-    #[arg(long, value_name = "E", value_parser = parse_share)]
+    #[arg(long, value_name = "E", value_parser = parse_error)]
     max_error: Option<f64>,
     /// How many pairs of directions.
     #[arg(long, value_name = "N", default_value_t = DEFAULT_PAIRS as u32, value_parser = value_parser!(u32).range(1..=100_000_000))]

@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 use super::json::Root;
-use crate::text::read_capped;
+use crate::text::read_ordinary;
 
 /// The most bytes of a file with all its buffers.
 const MAX_BYTES: usize = super::super::MAX_MESH_BYTES as usize;
@@ -30,7 +30,11 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
         Some(bytes)
     };
     let json = chunk(b"JSON").ok_or("its first chunk must be JSON, and be whole")?;
-    Ok((json, chunk(b"BIN\0")))
+    let binary = chunk(b"BIN\0");
+    if binary.is_none() && bytes.get(at + 4..at + 8) == Some(b"BIN\0") {
+        return Err("its binary chunk is cut off; copy the file again".to_owned());
+    }
+    Ok((json, binary))
 }
 
 /// Bytes of all buffers, at least as many as each says.
@@ -80,8 +84,7 @@ fn resolve(uri: &str, folder: &Path, most: usize) -> Result<Vec<u8>, String> {
     }
     let name = String::from_utf8(unescape(name))
         .map_err(|_| format!("its uri {uri} is not UTF-8 when decoded; rename the file"))?;
-    let path = folder.join(&name);
-    let bytes = read_capped(&path, most as u64).map_err(|error| {
+    let bytes = read_ordinary(&folder.join(&name), most as u64).map_err(|error| {
         let folder = match folder.as_os_str().is_empty() {
             true => ".".into(),
             false => folder.display().to_string(),

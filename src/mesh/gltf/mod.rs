@@ -338,7 +338,15 @@ fn add_primitive(
     }
     let indices = triangles(indices, primitive.mode)
         .ok_or_else(|| format!("{by} has mode {}, which there is not", primitive.mode))?;
-    let of_normals = place.inverse().transpose();
+    let inverse = place.inverse();
+    let of_normals = if inverse.is_finite() {
+        inverse.transpose()
+    } else {
+        // What is scaled to nothing keeps the normals of its plane: cofactors are the inverse, transposed, but for a factor.
+        let [a, b, c] = [place.x_axis, place.y_axis, place.z_axis].map(|axis| axis.truncate());
+        let cofactors = [b.cross(c), c.cross(a), a.cross(b)].map(|axis| axis.extend(0.0));
+        Mat4::from_cols(cofactors[0], cofactors[1], cofactors[2], glam::Vec4::W)
+    };
     for index in indices {
         let index = index as usize;
         let position = *entry(&positions, index, "vertex", by)?;

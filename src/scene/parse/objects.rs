@@ -15,7 +15,7 @@ use crate::mesh::{Mesh, MeshError, MeshFile, Part, curtain, skirt, trousers};
 use crate::pattern::{MAX_IMAGE_BYTES, Pattern};
 use crate::scene::gltf::refuse_motion;
 use crate::scene::{Albedo, Material, Object, Placement, SceneError, Sky};
-use crate::text::{MAX_TOML_BYTES, TextError, read_capped};
+use crate::text::{MAX_TOML_BYTES, TextError, read_ordinary};
 
 const BUILT_IN: &str = "curtain, trousers, skirt, sphere or square";
 
@@ -249,7 +249,7 @@ impl Reader<'_> {
             file: path.clone(),
             source,
         };
-        let bytes = read_capped(&path, MAX_TOML_BYTES as u64).map_err(unreadable)?;
+        let bytes = read_ordinary(&path, MAX_TOML_BYTES as u64).map_err(unreadable)?;
         let text = String::from_utf8(bytes).map_err(|_| {
             let message = format!("{key}: {cloth} is not text");
             self.error(at, key, message)
@@ -263,7 +263,7 @@ impl Reader<'_> {
             return Ok(Material::Fabric(Arc::new(fabric)));
         }
         let beside = path.parent().unwrap_or(Path::new(""));
-        let files = |name: &str| read_capped(&beside.join(name), MAX_IMAGE_BYTES as u64);
+        let files = |name: &str| read_ordinary(&beside.join(name), MAX_IMAGE_BYTES as u64);
         let pattern = Pattern::from_toml(&text, &file, &files)?;
         Ok(Material::Pattern(Arc::new(pattern)))
     }
