@@ -219,6 +219,14 @@ fn output_may_be_the_standard_one_by_its_name() {
 
 #[test]
 fn workers_of_the_environment_are_bounded_like_those_of_the_flag() {
+    // The flag wins.
+    for arguments in [
+        "bake faux-suede -j 1 -o a.sateen",
+        "bake faux-suede -o a.sateen",
+    ] {
+        let (_folder, mut command) = sateen(&[], arguments);
+        command.env("RAYON_NUM_THREADS", "1000").assert().success();
+    }
     let (_folder, mut command) = sateen(&[], "fabrics");
     command.env("RAYON_NUM_THREADS", "100000");
     command

@@ -14,9 +14,9 @@ use sateen::model::Rule;
 use sateen::progress::{Cancelled, Progress};
 
 use crate::Outcome;
-use crate::args::{Dye, Strict};
+use crate::args::{Dye, Strict, Workers};
 use crate::cloth::WayArgs;
-use crate::output::{Bar, Output, Usage, go_on, print, say};
+use crate::output::{Bar, Output, Usage, go_on, print, say, use_workers};
 use crate::subject::{Subject, What};
 
 /// Evaluate pairs of directions.
@@ -46,6 +46,7 @@ pub(crate) struct EvalArgs {
 }
 
 pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
+    use_workers(&Workers { jobs: None })?;
     let subject = Subject::load(&args.subject, args.dye.variant.as_deref())?;
     let source = Source::new(&subject, args)?;
     let output = args

@@ -325,43 +325,42 @@ impl Drop for Bar {
     }
 }
 
-/// Starts the workers for all parallel work.
+/// Starts the workers for all parallel work: as many as -j says, or else RAYON_NUM_THREADS, or one for each core.
 pub(crate) fn use_workers(Workers { jobs }: &Workers) -> Result<()> {
-    let Some(jobs) = *jobs else { return Ok(()) };
-    let jobs = most_workers().min(jobs.into());
+    let Some(asked) = jobs.map(usize::from).or(asked_by_environment()) else {
+        return Ok(());
+    };
+    // More workers only wait, and keep an interrupt waiting, too.
+    const PER_CORE: usize = 4;
+    let most = PER_CORE * std::thread::available_parallelism().map_or(1, usize::from);
+    let jobs = most.min(asked);
     rayon::ThreadPoolBuilder::new()
         .num_threads(jobs)
         .build_global()
         .with_context(|| format!("cannot start {jobs} workers; lower -j"))
 }
 
-/// More workers only wait, and keep an interrupt waiting, too.
-fn most_workers() -> usize {
-    const PER_CORE: usize = 4;
-    PER_CORE * std::thread::available_parallelism().map_or(1, usize::from)
+/// What rayon takes from the environment.
+const WORKERS_VARIABLE: &str = "RAYON_NUM_THREADS";
+
+fn asked_by_environment() -> Option<usize> {
+    let text = std::env::var(WORKERS_VARIABLE).ok()?;
+    text.trim().parse().ok().filter(|asked| *asked > 0)
 }
 
-/// Holds what rayon takes from the environment to what -j allows.
+/// Holds what the environment asks for to what -j allows.
 ///
 /// # Errors
-/// When RAYON_NUM_THREADS asks for more.
+/// When it is more.
 pub(crate) fn check_environment() -> Result<()> {
-    const NAME: &str = "RAYON_NUM_THREADS";
-    let asked = std::env::var(NAME)
-        .ok()
-        .and_then(|text| text.trim().parse::<usize>().ok());
-    let Some(asked) = asked.filter(|asked| *asked > most_workers()) else {
-        return Ok(());
-    };
-    if asked > usize::from(MAX_JOBS) {
-        let message = format!("{NAME}={asked}: it is 1 to {MAX_JOBS}; unset it, or use -j");
-        return Err(Usage(message).into());
+    match asked_by_environment() {
+        Some(asked) if asked > usize::from(MAX_JOBS) => {
+            let message =
+                format!("{WORKERS_VARIABLE}={asked}: it is 1 to {MAX_JOBS}; unset it, or use -j");
+            Err(Usage(message).into())
+        }
+        _ => Ok(()),
     }
-    // Before any verb has started a worker.
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(most_workers())
-        .build_global()
-        .context("cannot start workers")
 }
 
 /// `4.12 MB`.
