@@ -2,7 +2,7 @@
 //! curve, and the projection of such a thread.
 
 use crate::brdf::{Optics, Response, Reweighting, TangentCurve, ThreadPair};
-use crate::chart::{Chart, Coordinates};
+use crate::chart::{Chart, Coordinates, Rim};
 use crate::fabric::{Fabric, Strands, Thread};
 use crate::math::Vec3;
 use crate::model::{AdaptiveMean, mean_response};
@@ -47,6 +47,7 @@ impl Integrand {
             chart,
             ends_fold: segments.segments_are_symmetric(),
             sides_fold: true,
+            rim: Rim::NONE,
         };
         let function = Function::Segments {
             optics: thread.optics,
@@ -156,6 +157,7 @@ fn coordinates_of(strands: &Strands, chart: Chart) -> Coordinates {
             chart,
             ends_fold: strands.look_the_same_from_both_ends(),
             sides_fold: strands.look_the_same_from_both_sides(),
+            rim: Rim::NONE,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a grid is a function of.
 
-use super::{Chart, isotropic, view};
+use super::{Chart, Rim, isotropic, view};
 use crate::math::{Lanes, Real, Vec3};
 
 /// How a pair of directions in thread coordinates becomes a point of a box of up to four dimensions. Coordinates that a
@@ -16,6 +16,8 @@ pub enum Coordinates {
         /// Whether it looks the same from both sides, as a straight thread does: a pair with φ_h < 0 is mirrored s → −s. If
         /// not, u₃ = (1 + φ_h / (π/2)) / 2.
         sides_fold: bool,
+        /// How far before the horizon the box ends.
+        rim: Rim,
     },
     /// The three of a thread that goes in all directions.
     Isotropic,
@@ -98,13 +100,14 @@ impl Coordinates {
                 chart,
                 ends_fold,
                 sides_fold,
+                rim,
             } => {
                 let (wi, wr) = if ends_fold {
                     fold_ends(wi, wr)
                 } else {
                     (wi, wr)
                 };
-                let (u, side) = chart.coordinates_and_side(wi, wr);
+                let (u, side) = chart.coordinates_and_side(rim, wi, wr);
                 if sides_fold {
                     return u;
                 }
@@ -135,17 +138,19 @@ impl Coordinates {
             Self::Thread {
                 chart,
                 sides_fold: true,
+                rim,
                 ..
-            } => chart.directions(u),
+            } => chart.directions(rim, u),
             Self::Thread {
                 chart,
                 sides_fold: false,
+                rim,
                 ..
             } => {
                 let side = R::of(2.0) * u[3] - R::one();
                 let is_mirrored = side < R::zero();
                 let phi_d = if is_mirrored { R::one() - u[2] } else { u[2] };
-                let (wi, wr) = chart.directions([u[0], u[1], phi_d, side.abs()]);
+                let (wi, wr) = chart.directions(rim, [u[0], u[1], phi_d, side.abs()]);
                 if is_mirrored {
                     ([wi[0], -wi[1], wi[2]], [wr[0], -wr[1], wr[2]])
                 } else {

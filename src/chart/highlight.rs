@@ -16,24 +16,27 @@
 //!
 //! which is not positive at 0 and not negative at π/2; it is found by safeguarded secant steps to the last bit or two.
 
-use super::{Angles, directions_at, normalized, phi_d_and_h, shared_coordinates, theta_d};
+use super::{
+    Angles, Rim, TINY, directions_at, of_quarters, phi_d_and_h, shared_coordinates, theta_d,
+};
 use core::f64::consts::FRAC_PI_2;
 
-use crate::math::{Lanes, Real, Vec3, root};
+use crate::math::{Lanes, Real, Vec3, norm2, root};
 
 /// Pair to box, and −1 where the pair was mirrored s → −s for it, else 1; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub(crate) fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
-    let psi = (wi[0] + wr[0]).atan2(wi[2] + wr[2]);
+pub(crate) fn coordinates<R: Lanes>(rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+    let (h_t, h_n) = (wi[0] + wr[0], wi[2] + wr[2]);
+    let psi = (h_t / (norm2(h_t, h_n) + h_n).max(R::of(TINY))).twice_atan();
     let angles = Angles::of(wi, wr);
-    let [u1, u2, u3] = shared_coordinates(&angles);
-    ([normalized(psi, R::of(FRAC_PI_2)), u1, u2, u3], angles.side)
+    let [u1, u2, u3] = shared_coordinates(rim, &angles);
+    ([of_quarters(psi), u1, u2, u3], angles.side)
 }
 
 /// Box to pair; see [`super::Chart::directions`].
-pub(crate) fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+pub(crate) fn directions<R: Real>(rim: Rim, u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     let psi = (R::of(2.0) * u[0] - R::one()) * R::of(FRAC_PI_2);
-    let (phi_d, phi_h) = phi_d_and_h(u);
+    let (phi_d, phi_h) = phi_d_and_h(rim, u);
     let half = R::of(0.5);
     let (cos_i, cos_r) = ((phi_h + half * phi_d).cos(), (phi_h - half * phi_d).cos());
     let (sin_psi, cos_psi) = psi.abs().sin_cos();
@@ -54,5 +57,5 @@ pub(crate) fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
             - sin_psi * ((theta_h + theta_d).cos() * cos_i + (theta_h - theta_d).cos() * cos_r)
     });
     let theta_h = if psi < R::zero() { -theta_h } else { theta_h };
-    directions_at(u, theta_h)
+    directions_at(rim, u, theta_h)
 }

@@ -13,24 +13,30 @@
 
 use core::f64::consts::PI;
 
-use super::normalized;
+use super::{NARROW, within};
 use crate::math::{Lanes, Real, Vec3, norm2};
 
 /// Pair to the first three coordinates of a box; the fourth is 0.
 #[inline(always)]
 pub(crate) fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
-    let polar = |w: Vec3<R>| norm2(w[0], w[1]).atan2(w[2]);
     let (theta_i, theta_r) = (polar(wi), polar(wr));
     let sum = theta_i + theta_r;
-    let range = sum.min(R::of(PI) - sum);
+    let range = sum.min(R::of(PI) - sum).max(R::of(NARROW));
+    let half = R::of(0.5);
     let cross = wi[0] * wr[1] - wi[1] * wr[0];
     let azimuth = cross.abs().atan2(wi[0] * wr[0] + wi[1] * wr[1]);
     [
-        (sum / R::of(PI)).max(R::zero()).min(R::one()),
-        normalized(theta_i - theta_r, range),
-        (azimuth / R::of(PI)).min(R::one()),
+        within(sum * R::of(1.0 / PI)),
+        within(half + half * (theta_i - theta_r) / range),
+        within(azimuth * R::of(1.0 / PI)),
         R::zero(),
     ]
+}
+
+/// The angle from the normal of a direction above the surface.
+#[inline(always)]
+pub(super) fn polar<R: Lanes>(w: Vec3<R>) -> R {
+    (norm2(w[0], w[1]) / (R::one() + w[2])).twice_atan()
 }
 
 /// A pair at these coordinates, the light at azimuth 0.

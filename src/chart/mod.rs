@@ -7,15 +7,19 @@
 //!
 //! ```text
 //! u₁ = (1 + θ_d / (π/2 − |θ_h|)) / 2       0: wi, 1: wr … the poles of the thread are the faces
-//! u₂ = (1 + φ_d / (π − 2 φ_h)) / 2         the horizon is the two faces
-//! u₃ = φ_h / (π/2)                         the mirror s → −s makes φ_h ≥ 0 and leaves S and V alone
+//! u₂ = (1 + φ_d / 2(b − φ_h)) / 2          azimuths of ±b are the two faces
+//! u₃ = φ_h / b                             the mirror s → −s makes φ_h ≥ 0 and leaves S and V alone
 //! ```
+//!
+//! The box ends at the azimuth b = π/2, the horizon, or at [`Rim::azimuth`] before it, where pairs are evaluated without it.
 //!
 //! The first coordinate is the sharp one: θ_h in the `thesis` chart, the half vector's ψ in the
 //! `highlight` chart.
 //!
-//! Where a range shrinks to nothing (|θ_h| = 90°: both directions along the thread; φ_h = 90°: both at the same side's
-//! horizon) its coordinate is ½. At a pole of the thread, which lies on the horizon, φ is 0 by convention of atan2.
+//! Where a range shrinks to nothing (|θ_h| = 90°: both directions along the thread; φ_h = b: both at the same side's
+//! horizon) its coordinate is ½.
+//!
+//! No angle takes quadrants: θ = 2 atan(x/(1+ρ)) and φ = 2 atan(y/(ρ+z)) with ρ = √(y²+z²), and so ψ. At a pole of the thread, which lies on the horizon, φ is 0 by convention of atan2.
 //! S and V grow from 0 in proportion to the height of directions in places of the faces, so that √S has an infinite slope there.
 //! Coordinates proportional to the root of that height (in u₁, u₂, u₃ or all of them) were tried and made the mean error 1.1 to 2
 //! times as large, since most of a face is no such place; dividing S and V by |wi + wr| made it up to 1.3 times as large.
@@ -29,12 +33,14 @@
 mod coordinates;
 pub(crate) mod highlight;
 pub(crate) mod isotropic;
+mod rim;
 pub(crate) mod thesis;
 pub(crate) mod view;
 
 pub use coordinates::Coordinates;
+pub use rim::{Rim, height};
 
-use core::f64::consts::{FRAC_PI_2, PI};
+use core::f64::consts::FRAC_PI_2;
 
 use crate::math::{Lanes, Real, Vec3, norm2};
 
@@ -60,25 +66,25 @@ impl Chart {
 
     /// The coordinates of a pair of unit directions above the surface, given in thread coordinates.
     #[inline(always)]
-    pub fn coordinates<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
-        self.coordinates_and_side(wi, wr).0
+    pub fn coordinates<R: Lanes>(self, rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
+        self.coordinates_and_side(rim, wi, wr).0
     }
 
     /// The same, and −1 where the pair was mirrored s → −s for it, else 1.
     #[inline(always)]
-    fn coordinates_and_side<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+    fn coordinates_and_side<R: Lanes>(self, rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
         match self {
-            Self::Thesis => thesis::coordinates(wi, wr),
-            Self::Highlight => highlight::coordinates(wi, wr),
+            Self::Thesis => thesis::coordinates(rim, wi, wr),
+            Self::Highlight => highlight::coordinates(rim, wi, wr),
         }
     }
 
     /// The pair of directions at a point of the box, with w·s ≥ 0 on average: the inverse of
     /// [`Chart::coordinates`] up to the mirror.
-    pub fn directions<R: Real>(self, u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+    pub fn directions<R: Real>(self, rim: Rim, u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
         match self {
-            Self::Thesis => thesis::directions(u),
-            Self::Highlight => highlight::directions(u),
+            Self::Thesis => thesis::directions(rim, u),
+            Self::Highlight => highlight::directions(rim, u),
         }
     }
 }
@@ -97,10 +103,18 @@ struct Angles<R> {
 impl<R: Lanes> Angles<R> {
     #[inline(always)]
     fn of(wi: Vec3<R>, wr: Vec3<R>) -> Self {
-        let half = R::of(0.5);
-        let theta_i = wi[0].atan2(norm2(wi[1], wi[2]));
-        let theta_r = wr[0].atan2(norm2(wr[1], wr[2]));
-        let (phi_i, phi_r) = (wi[1].atan2(wi[2]), wr[1].atan2(wr[2]));
+        let (half, one) = (R::of(0.5), R::one());
+        let (rho_i, rho_r) = (norm2(wi[1], wi[2]), norm2(wr[1], wr[2]));
+        let [theta_i, theta_r] = quotients([wi[0], wr[0]], [one + rho_i, one + rho_r]);
+        let (theta_i, theta_r) = (theta_i.twice_atan(), theta_r.twice_atan());
+        let [phi_i, phi_r] = quotients(
+            [wi[1], wr[1]],
+            [
+                (rho_i + wi[2]).max(R::of(TINY)),
+                (rho_r + wr[2]).max(R::of(TINY)),
+            ],
+        );
+        let (phi_i, phi_r) = (phi_i.twice_atan(), phi_r.twice_atan());
         let (phi_d, phi_h) = (phi_i - phi_r, half * (phi_i + phi_r));
         let is_mirrored = phi_h.lt(R::zero());
         let phi_d = R::select(is_mirrored, -phi_d, phi_d);
@@ -134,21 +148,44 @@ impl<R: Real> Angles<R> {
     }
 }
 
-/// `value / range` for a value in ±range, as a coordinate in \[0, 1\]; ½ where the range is empty.
+/// Keeps quotients of components of unit vectors finite, in f32 too.
+const TINY: f64 = 1e-15;
+/// The least range of an angle that counts as one.
+const NARROW: f64 = 1e-12;
+
+/// Two quotients by one division.
 #[inline(always)]
-fn normalized<R: Lanes>(value: R, range: R) -> R {
-    let half = R::of(0.5);
-    let normalized = (half + half * value / range).max(R::zero()).min(R::one());
-    R::select(R::zero().lt(range), normalized, half)
+fn quotients<R: Lanes>([a, b]: [R; 2], [under_a, under_b]: [R; 2]) -> [R; 2] {
+    let over = R::one() / (under_a * under_b);
+    [a * under_b * over, b * under_a * over]
+}
+
+/// A coordinate within \[0, 1\], and 0 instead of NaN.
+#[inline(always)]
+fn within<R: Lanes>(u: R) -> R {
+    u.max(R::zero()).min(R::one())
+}
+
+/// An angle within ±π/2 as a coordinate in \[0, 1\].
+#[inline(always)]
+fn of_quarters<R: Lanes>(angle: R) -> R {
+    within(angle.mul_add(R::of(0.5 / FRAC_PI_2), R::of(0.5)))
 }
 
 /// The shared coordinates u₁, u₂, u₃.
 #[inline(always)]
-fn shared_coordinates<R: Lanes>(angles: &Angles<R>) -> [R; 3] {
+fn shared_coordinates<R: Lanes>(rim: Rim, angles: &Angles<R>) -> [R; 3] {
+    let half = R::of(0.5);
+    let range_1 = (R::of(FRAC_PI_2) - angles.theta_h.abs()).max(R::of(NARROW));
+    let range_2 = (R::of(2.0 * rim.azimuth()) - R::of(2.0) * angles.phi_h).max(R::of(NARROW));
+    let [u1, u2] = quotients(
+        [half * angles.theta_d, half * angles.phi_d],
+        [range_1, range_2],
+    );
     [
-        normalized(angles.theta_d, R::of(FRAC_PI_2) - angles.theta_h.abs()),
-        normalized(angles.phi_d, R::of(PI) - R::of(2.0) * angles.phi_h),
-        (angles.phi_h / R::of(FRAC_PI_2)).min(R::one()),
+        within(half + u1),
+        within(half + u2),
+        (angles.phi_h * R::of(1.0 / rim.azimuth())).min(R::one()),
     ]
 }
 
@@ -157,17 +194,18 @@ fn theta_d<R: Real>(u: [R; 4], theta_h: R) -> R {
     (R::of(2.0) * u[1] - R::one()) * (R::of(FRAC_PI_2) - theta_h.abs())
 }
 
-fn phi_d_and_h<R: Real>(u: [R; 4]) -> (R, R) {
-    let phi_h = u[3] * R::of(FRAC_PI_2);
+fn phi_d_and_h<R: Real>(rim: Rim, u: [R; 4]) -> (R, R) {
+    let azimuth = R::of(rim.azimuth());
+    let phi_h = u[3] * azimuth;
     (
-        (R::of(2.0) * u[2] - R::one()) * (R::of(PI) - R::of(2.0) * phi_h),
+        (R::of(2.0) * u[2] - R::one()) * R::of(2.0) * (azimuth - phi_h),
         phi_h,
     )
 }
 
 /// Box to pair once θ_h is known.
-fn directions_at<R: Real>(u: [R; 4], theta_h: R) -> (Vec3<R>, Vec3<R>) {
-    let (phi_d, phi_h) = phi_d_and_h(u);
+fn directions_at<R: Real>(rim: Rim, u: [R; 4], theta_h: R) -> (Vec3<R>, Vec3<R>) {
+    let (phi_d, phi_h) = phi_d_and_h(rim, u);
     let theta_d = theta_d(u, theta_h);
     Angles {
         theta_h,

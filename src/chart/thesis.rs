@@ -7,24 +7,21 @@
 //! Departure: the thesis' ψ cannot be the fourth coordinate, since it is 0 for every roll at θ = 0 and the map has no
 //! inverse there. The roll of the pair about the thread, φ_h = (φ_i + φ_r)/2, takes its place.
 
-use super::{Angles, directions_at, normalized, shared_coordinates};
+use super::{Angles, Rim, directions_at, of_quarters, shared_coordinates};
 use core::f64::consts::FRAC_PI_2;
 
 use crate::math::{Lanes, Real, Vec3};
 
 /// Pair to box, and −1 where the pair was mirrored s → −s for it, else 1; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub(crate) fn coordinates<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+pub(crate) fn coordinates<R: Lanes>(rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
     let angles = Angles::of(wi, wr);
-    let [u1, u2, u3] = shared_coordinates(&angles);
-    (
-        [normalized(angles.theta_h, R::of(FRAC_PI_2)), u1, u2, u3],
-        angles.side,
-    )
+    let [u1, u2, u3] = shared_coordinates(rim, &angles);
+    ([of_quarters(angles.theta_h), u1, u2, u3], angles.side)
 }
 
 /// Box to pair; see [`super::Chart::directions`].
-pub(crate) fn directions<R: Real>(u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
+pub(crate) fn directions<R: Real>(rim: Rim, u: [R; 4]) -> (Vec3<R>, Vec3<R>) {
     let theta_h = (R::of(2.0) * u[0] - R::one()) * R::of(FRAC_PI_2);
-    directions_at(u, theta_h)
+    directions_at(rim, u, theta_h)
 }

@@ -7,17 +7,16 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use super::normalized;
-use crate::math::{Lanes, Real, Vec3, norm2};
+use super::{isotropic::polar, within};
+use crate::math::{Lanes, Real, Vec3};
 
 /// Direction to the first two coordinates of a box; the others are 0.
 #[inline(always)]
 pub(crate) fn coordinates<R: Lanes>(wr: Vec3<R>) -> [R; 4] {
-    let theta = norm2(wr[0], wr[1]).atan2(wr[2]);
     let phi = wr[1].atan2(wr[0]);
     [
-        (theta / R::of(FRAC_PI_2)).max(R::zero()).min(R::one()),
-        normalized(phi, R::of(PI)),
+        within(polar(wr) * R::of(1.0 / FRAC_PI_2)),
+        within(phi.mul_add(R::of(0.5 / PI), R::of(0.5))),
         R::zero(),
         R::zero(),
     ]

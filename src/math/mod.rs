@@ -48,6 +48,8 @@ pub trait Lanes:
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
     /// The angle of the point (`x`, `self`), in ±π.
     fn atan2(self, x: Self) -> Self;
+    /// 2 atan(`self`), of numbers within ±1: an angle by the tangent of its half, which takes neither quadrants nor a division.
+    fn twice_atan(self) -> Self;
     /// e to the power of `self`.
     fn exp(self) -> Self;
     /// The sine, of angles within ±1000.

@@ -65,6 +65,10 @@ macro_rules! real {
                 Float::atan2(self, x)
             }
             #[inline(always)]
+            fn twice_atan(self) -> Self {
+                2.0 * Float::atan(self)
+            }
+            #[inline(always)]
             fn exp(self) -> Self {
                 Float::exp(self)
             }

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
-use crate::chart::Chart;
+use crate::chart::{Chart, Rim};
 use crate::fabric::Fabric;
 use crate::metrics::Pair;
 
@@ -78,7 +78,11 @@ pub(super) fn maps(
     };
     let frame = thread.frame::<f64>();
     let place = |pair: &Pair| {
-        Chart::Highlight.coordinates(frame.to_thread(pair.wi), frame.to_thread(pair.wr))
+        Chart::Highlight.coordinates(
+            Rim::NONE,
+            frame.to_thread(pair.wi),
+            frame.to_thread(pair.wr),
+        )
     };
     let places: Vec<[f64; 4]> = pairs.iter().map(place).collect();
     let bin = |u: f64, count: usize| ((u * count as f64) as usize).min(count - 1);

@@ -135,6 +135,7 @@ fn push_grid(grid: &GridVolume, array: &mut Vec<[f32; 4]>) -> f32 {
             chart,
             ends_fold,
             sides_fold,
+            ..
         } => {
             let chart = match chart {
                 Chart::Thesis => 0.0,

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::bake::{Adapted, BakeError, Baked, Baker, Goal, Preset, Request};
-use crate::chart::Chart;
+use crate::chart::{Chart, Rim};
 use crate::evaluator::Spec;
 use crate::fabric::Fabric;
 use crate::metrics::{Physics, VALIDATION_SEED};
@@ -429,13 +429,13 @@ fn conditions(fabric: &Fabric, options: &Options) -> Vec<ChartCondition> {
             // Both precisions start from the same numbers.
             let single = pair.map(|w| frame.to_thread(w.map(f64::from)).map(|x| x as f32));
             let [wi, wr] = single.map(|w| w.map(f64::from));
-            let exact = chart.coordinates(wi, wr);
-            let rounded = chart.coordinates(single[0], single[1]);
+            let exact = chart.coordinates(Rim::NONE, wi, wr);
+            let rounded = chart.coordinates(Rim::NONE, single[0], single[1]);
             for k in 0..4 {
                 let difference = (f64::from(rounded[k]) - exact[k]).abs();
                 condition.coordinates[k] = condition.coordinates[k].max(difference);
             }
-            let (back_i, back_r) = chart.directions(exact);
+            let (back_i, back_r) = chart.directions(Rim::NONE, exact);
             // The chart is blind to the mirror of sides.
             let distance = |side: f64| {
                 let of = |a: [f64; 3], b: [f64; 3]| {

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use sateen::bake::enclosure::{Range, Span};
-use sateen::chart::{Chart, Coordinates};
+use sateen::chart::{Chart, Coordinates, Rim};
 use sateen::needs::Cap;
 
 fn any_chart() -> impl Strategy<Value = Chart> {
@@ -17,6 +17,7 @@ fn any_coordinates() -> impl Strategy<Value = Coordinates> {
                 chart,
                 ends_fold,
                 sides_fold,
+                rim: Rim::NONE,
             }
         });
     prop_oneof![4 => thread, 1 => Just(Coordinates::Isotropic)]
@@ -48,20 +49,20 @@ proptest! {
 
     #[test]
     fn a_pair_comes_back_from_the_box(chart in any_chart(), wi in direction(), wr in direction()) {
-        let u = chart.coordinates(wi, wr);
+        let u = chart.coordinates(Rim::NONE, wi, wr);
         prop_assert!(u.iter().all(|u| (0.0..=1.0).contains(u)), "{u:?}");
-        let (vi, vr) = chart.directions(u);
+        let (vi, vr) = chart.directions(Rim::NONE, u);
         let error = (distance(vi, wi) + distance(vr, wr)).min(distance(vi, mirrored(wi)) + distance(vr, mirrored(wr)));
         prop_assert!(error < 2e-7, "{chart:?} {u:?}: {wi:?} {wr:?} came back as {vi:?} {vr:?}, {error:e} away");
     }
 
     #[test]
     fn a_point_of_the_box_comes_back_from_directions(chart in any_chart(), u in prop::array::uniform4(0.0..1f64)) {
-        let (wi, wr) = chart.directions(u);
+        let (wi, wr) = chart.directions(Rim::NONE, u);
         for w in [wi, wr] {
             prop_assert!(w[2] >= 0.0 && (distance(w, [0.0; 3]) - 1.0).abs() < 1e-12, "{w:?}");
         }
-        let v = chart.coordinates(wi, wr);
+        let v = chart.coordinates(Rim::NONE, wi, wr);
         // Where a range has shrunk by a factor, so has the precision of the coordinate in it.
         let room = (1.0 - (2.0 * u[0] - 1.0).abs()) * (1.0 - u[3]);
         let bound = 1e-9 / room.max(1e-9);
@@ -114,9 +115,9 @@ proptest! {
     #[test]
     fn both_precisions_agree_on_the_coordinates(chart in any_chart(), wi in direction(), wr in direction()) {
         let single = |w: [f64; 3]| w.map(|x| x as f32);
-        let u = chart.coordinates(single(wi), single(wr));
+        let u = chart.coordinates(Rim::NONE, single(wi), single(wr));
         let double = |w: [f32; 3]| w.map(f64::from);
-        let v = chart.coordinates(double(single(wi)), double(single(wr)));
+        let v = chart.coordinates(Rim::NONE, double(single(wi)), double(single(wr)));
         let room = (1.0 - (2.0 * v[0] - 1.0).abs()) * (1.0 - v[3]);
         let bound = 1e-6 / room.max(1e-6);
         // At φ_h = 0 rounding decides which of the two mirror images a pair is.
@@ -143,7 +144,7 @@ fn the_highlight_of_a_tilted_segment_is_a_plane_of_the_box() {
                 ]
             };
             let (wi, wr) = (to_thread(x, phi_i), to_thread(-x, phi_r));
-            let u = Chart::Highlight.coordinates(wi, wr);
+            let u = Chart::Highlight.coordinates(Rim::NONE, wi, wr);
             assert!((u[0] - (0.5 - tilt_deg / 180.0)).abs() < 1e-12);
         }
     }
@@ -153,28 +154,28 @@ fn the_highlight_of_a_tilted_segment_is_a_plane_of_the_box() {
 fn special_pairs_have_the_stated_coordinates() {
     let w = [0.3f64, 0.4, (1.0 - 0.25f64).sqrt()];
     for chart in Chart::ALL {
-        let u = chart.coordinates(w, w);
+        let u = chart.coordinates(Rim::NONE, w, w);
         assert!(
             (u[1] - 0.5).abs() < 1e-12 && (u[2] - 0.5).abs() < 1e-12,
             "wi = wr: {u:?}"
         );
-        let u = chart.coordinates(w, [-w[0], -w[1], w[2]]);
+        let u = chart.coordinates(Rim::NONE, w, [-w[0], -w[1], w[2]]);
         assert!(
             (u[0] - 0.5).abs() < 1e-12 && u[3].abs() < 1e-12,
             "mirror pair: {u:?}"
         );
         let along = [1.0, 0.0, 0.0];
-        let u = chart.coordinates(along, along);
+        let u = chart.coordinates(Rim::NONE, along, along);
         assert_eq!(u[1..], [0.5, 0.5, 0.0], "both along the thread");
         let beside = [0.0, 1.0, 0.0f64];
-        let u = chart.coordinates(beside, beside);
+        let u = chart.coordinates(Rim::NONE, beside, beside);
         assert!(
             (u[2] - 0.5).abs() < 1e-12 && u[3] > 1.0 - 1e-12,
             "both at the horizon beside the thread: {u:?}"
         );
-        let u = chart.coordinates([0.0, 1.0, 0.0], [0.0, 0.0, 1.0f64]);
+        let u = chart.coordinates(Rim::NONE, [0.0, 1.0, 0.0], [0.0, 0.0, 1.0f64]);
         assert!((u[2] - 1.0).abs() < 1e-12, "light at the horizon: {u:?}");
-        let u = chart.coordinates([0.0, 0.0, 1.0], [0.0, 1.0, 0.0f64]);
+        let u = chart.coordinates(Rim::NONE, [0.0, 0.0, 1.0], [0.0, 1.0, 0.0f64]);
         assert!(u[2].abs() < 1e-12, "viewer at the horizon: {u:?}");
     }
 }

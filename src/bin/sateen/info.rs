@@ -166,6 +166,7 @@ fn grid_text(grid: &Grid) -> String {
             chart,
             ends_fold,
             sides_fold,
+            ..
         } => {
             let mut fold = String::new();
             if ends_fold {
@@ -221,6 +222,7 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
                 chart,
                 ends_fold,
                 sides_fold,
+                ..
             } => (name_of(&chart), ends_fold, sides_fold),
             Coordinates::Isotropic => ("isotropic".to_owned(), false, true),
             Coordinates::View { .. } => ("view".to_owned(), false, false),

@@ -70,6 +70,27 @@ pub(super) fn atan2<V: Vector>(y: V, x: V) -> V {
     angle.copysign(y)
 }
 
+/// By Estrin's scheme, whose chain is half as long as Horner's.
+#[inline(always)]
+pub(super) fn twice_atan<V: Vector>(a: V) -> V {
+    let [c0, c1, c2, c3, c4, c5, c6, c7] = [
+        V::of(2.0 * ATAN[0]),
+        V::of(2.0 * ATAN[1]),
+        V::of(2.0 * ATAN[2]),
+        V::of(2.0 * ATAN[3]),
+        V::of(2.0 * ATAN[4]),
+        V::of(2.0 * ATAN[5]),
+        V::of(2.0 * ATAN[6]),
+        V::of(2.0 * ATAN[7]),
+    ];
+    let x = a * a;
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let low = x2.mul_add(x.mul_add(c3, c2), x.mul_add(c1, c0));
+    let high = x2.mul_add(x.mul_add(c7, c6), x.mul_add(c5, c4));
+    a * x4.mul_add(high, low)
+}
+
 #[inline(always)]
 pub(super) fn exp<V: Vector>(x: V) -> V {
     let x = x.max(V::of(-87.0)).min(V::of(88.0));

@@ -126,6 +126,10 @@ impl Lanes for F32x16 {
         approx::atan2(self, x)
     }
     #[inline(always)]
+    fn twice_atan(self) -> Self {
+        approx::twice_atan(self)
+    }
+    #[inline(always)]
     fn exp(self) -> Self {
         approx::exp(self)
     }

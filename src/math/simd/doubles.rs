@@ -221,6 +221,10 @@ mod x86 {
             Self::of_lanes(&lanes)
         }
         #[inline(always)]
+        fn twice_atan(self) -> Self {
+            self.one_by_one(<f64 as Lanes>::twice_atan)
+        }
+        #[inline(always)]
         fn exp(self) -> Self {
             self.one_by_one(<f64 as Lanes>::exp)
         }

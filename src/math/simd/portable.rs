@@ -96,6 +96,10 @@ macro_rules! portable {
                 approx::atan2(self, x)
             }
             #[inline(always)]
+            fn twice_atan(self) -> Self {
+                approx::twice_atan(self)
+            }
+            #[inline(always)]
             fn exp(self) -> Self {
                 approx::exp(self)
             }

@@ -7,7 +7,7 @@ mod write;
 
 use super::Grid;
 use super::grid::PADDING;
-use crate::chart::{Chart, Coordinates};
+use crate::chart::{Chart, Coordinates, Rim};
 
 /// Major version of the format: readers refuse what they do not know.
 pub const MAJOR: u16 = 2;
@@ -48,6 +48,7 @@ const fn thread(chart: Chart, ends_fold: bool, sides_fold: bool) -> Coordinates 
         chart,
         ends_fold,
         sides_fold,
+        rim: Rim::NONE,
     }
 }
 
@@ -58,6 +59,7 @@ fn code_of(coordinates: Coordinates) -> [u8; 2] {
             chart,
             ends_fold,
             sides_fold,
+            ..
         } => {
             let chart = match chart {
                 Chart::Thesis => 0,
