@@ -13,6 +13,21 @@
 //!
 //! An axis along which nothing changes has one knot, 0, and one coefficient.
 //!
+//! # Words
+//!
+//! Cells are halves of halves: their widths are powers of ½, each begins at a multiple of its width, and is at most
+//! [`MOST_UNEVEN`] times as wide as its neighbour. So all that a lookup needs to know of a place fits into one `u32`, of which there is one for each
+//! 2^−depth-th of the coordinate, and which one load finds:
+//!
+//! ```text
+//! bits 30…23   the exponent of 1/h, as it stands in an f32; 0 of a cell without width
+//! bits 18…15   r and
+//! bits 14…11   f, as the place k of [`SHARES`]: 1 for 0, else 1/(1 + 2^(k−8))
+//! bits 10…0    the first coefficient
+//! ```
+//!
+//! t is what follows the point of u/h.
+//!
 //! Why quadratic: three coefficients per axis make 27 rows of 3 in four dimensions, against 64 rows of 4 for cubics, and
 //! what is interpolated has few continuous derivatives. `table/mod.rs` has the measurements.
 
@@ -24,6 +39,28 @@ use crate::math::simd::Vector;
 pub const MAX_DEPTH: u32 = 14;
 /// The most knots of an axis.
 pub const MAX_KNOTS: usize = 1024;
+/// The most that a cell may be wider than its neighbour.
+pub const MOST_UNEVEN: u16 = 128;
+
+/// What f and r may be.
+const SHARES: [f32; 16] = {
+    let mut shares = [1.0; 16];
+    let (mut k, mut ratio) = (1, 1.0 / 128.0);
+    while k < shares.len() {
+        shares[k] = 1.0 / (1.0 + ratio);
+        ratio *= 2.0;
+        k += 1;
+    }
+    shares
+};
+const FALLING: u32 = 11;
+const RISING: u32 = 15;
+const FIRST: u32 = (1 << FALLING) - 1;
+const INVERSE_WIDTH: u32 = 0x7F80_0000;
+const _: () = assert!(MAX_KNOTS + 2 <= FIRST as usize);
+
+/// The largest coordinate that is looked up: 1 − 2⁻²⁴.
+const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
 
 /// Knots of one axis, ready for lookup.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,20 +69,17 @@ pub struct Axis {
     knots: Vec<u16>,
     /// Index of the knot at which functions bend.
     kink: Option<usize>,
-    /// First coefficient of the cell by 2^depth-ths of the coordinate, and once more for 1.
-    firsts: Vec<u32>,
-    /// By first coefficient. (At a kink one index is skipped.)
-    cells: Vec<Cell>,
+    /// By 2^depth-ths of the coordinate.
+    words: Vec<u32>,
 }
 
-/// A cell between knots.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Cell {
-    start: f32,
-    inverse_width: f32,
-    /// f and r.
-    falling: f32,
-    rising: f32,
+/// Where coordinates are on an axis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place<V: Vector> {
+    /// The first of the coefficients that make up the value …
+    pub(crate) first: V::Index,
+    /// … and the weights of these.
+    pub(crate) weights: [V; TAPS],
 }
 
 /// How many coefficients make up a value along an axis.
@@ -160,12 +194,8 @@ impl Axis {
             depth,
             knots: vec![knot.min(unit)],
             kink: None,
-            firsts: vec![0; usize::from(unit) + 1],
             // With t = 0 all weight is on the first coefficient.
-            cells: vec![Cell {
-                falling: 1.0,
-                ..Cell::default()
-            }],
+            words: vec![0; usize::from(unit)],
         }
     }
 
@@ -174,8 +204,8 @@ impl Axis {
         self.knots.len() == 1
     }
 
-    /// An axis with ascending `knots` in units of 2^−`depth`, at least two, within \[0, 1\]; functions may bend at the
-    /// inner knot ½ if `has_kink`.
+    /// An axis with ascending `knots` in units of 2^−`depth` from 0, or ½, to 1, between which cells are halves of halves (see
+    /// [Words](self#words)); functions may bend at the inner knot ½ if `has_kink`.
     ///
     /// Returns `None` when the knots are not so.
     pub fn new(depth: u32, knots: Vec<u16>, has_kink: bool) -> Option<Self> {
@@ -183,39 +213,50 @@ impl Axis {
         if depth > MAX_DEPTH || !(2..=MAX_KNOTS).contains(&knots.len()) || !ascending {
             return None;
         }
-        let unit = 1u32 << depth;
-        if knots.last().is_none_or(|last| u32::from(*last) > unit) {
+        let unit = 1u16 << depth;
+        let is_dyadic = |ends: &[u16]| {
+            let width = ends[1] - ends[0];
+            width.is_power_of_two() && ends[0].is_multiple_of(width)
+        };
+        let begins = knots[0] == 0 || u32::from(knots[0]) * 2 == u32::from(unit);
+        if !begins || knots.last() != Some(&unit) || !knots.windows(2).all(is_dyadic) {
             return None;
         }
         let kink = middle(depth, &knots).filter(|_| has_kink);
-
-        let cells = knots.len() - 1;
-        let length = cells + usize::from(kink.is_some());
         let mut axis = Self {
             depth,
             kink,
-            firsts: vec![0; unit as usize + 1],
-            cells: vec![Cell::default(); length],
+            // Below the first knot is nothing but what rounding makes of it.
+            words: vec![0; usize::from(unit)],
             knots,
         };
-        for cell in 0..cells {
-            let first = axis.first_of(cell);
-            let start = usize::from(axis.knots[cell]);
-            // The last cell goes on to the end.
-            let end = match cell + 1 {
-                next if next < cells => usize::from(axis.knots[next]),
-                _ => axis.firsts.len(),
-            };
-            axis.firsts[start..end].fill(first as u32);
-            let [falling, rising] = axis.slopes(cell);
-            axis.cells[first] = Cell {
-                start: start as f32 / unit as f32,
-                inverse_width: unit as f32 / f32::from(axis.width(cell)),
-                falling: falling as f32,
-                rising: rising as f32,
-            };
+        for cell in 0..axis.knots.len() - 1 {
+            let (start, end) = (axis.knots[cell], axis.knots[cell + 1]);
+            let inverse_width = f32::from(unit) / f32::from(end - start);
+            let [falling, rising] = axis.shares(cell)?;
+            let word = inverse_width.to_bits()
+                | rising << RISING
+                | falling << FALLING
+                | axis.first_of(cell) as u32;
+            axis.words[usize::from(start)..usize::from(end)].fill(word);
         }
         Some(axis)
+    }
+
+    /// f and r of a cell as places of [`SHARES`]; `None` if its neighbours are too wide or too narrow.
+    fn shares(&self, cell: usize) -> Option<[u32; 2]> {
+        let width = self.width(cell);
+        let most = MOST_UNEVEN.ilog2();
+        let share = |neighbour: u16| match neighbour {
+            0 => Some(0),
+            _ => {
+                // The ratio is a power of two.
+                let place = (most + 1 + neighbour.ilog2()).checked_sub(width.ilog2())?;
+                (1..=2 * most + 1).contains(&place).then_some(place)
+            }
+        };
+        let [before, after] = self.beside(cell);
+        Some([share(before)?, share(after)?])
     }
 
     /// The knots, ascending within \[0, 1\].
@@ -321,14 +362,13 @@ impl Axis {
         equations
     }
 
-    /// The first of the three coefficients at coordinates within \[0, 1\]; NaN counts as 0.
+    /// Where coordinates within \[0, 1\] are.
     #[inline(always)]
-    pub(crate) fn first<V: Vector>(&self, u: V) -> V::Index {
-        // Scaling by a power of two is exact, so that u lies in the cell that is found.
-        V::gather(
-            &self.firsts,
-            (u * V::of(f64::from(1u32 << self.depth))).truncate(),
-        )
+    pub(crate) fn place<V: Vector>(&self, u: V) -> Place<V> {
+        let u = u.min(V::of(BELOW_ONE));
+        // Scaling by powers of two is exact, so that u lies in the cell that is found.
+        let unit = (u * V::of(f64::from(1u32 << self.depth))).truncate();
+        Place::of_words(V::gather(&self.words, unit), u)
     }
 
     /// First coefficients of its cells, ascending.
@@ -340,25 +380,19 @@ impl Axis {
     /// Whether a coefficient is the first of a cell.
     pub(crate) fn has_cell(&self, first: usize) -> bool {
         // At a kink one index is skipped.
-        first < self.cells.len() && self.kink.is_none_or(|kink| first != kink)
+        first + TAPS.min(self.len()) <= self.len() && self.kink.is_none_or(|kink| first != kink)
     }
 
     /// The nearest coordinate of the cell that begins with a coefficient.
     pub(crate) fn clamp(&self, first: u32, u: f32) -> f32 {
-        let cell = &self.cells[first as usize];
-        let end = cell.start + 1.0 / cell.inverse_width;
+        let first = first as usize;
+        let cell = first - usize::from(self.kink.is_some_and(|kink| first > kink));
+        let at = |knot: usize| f32::from(self.knots[knot]) / (1u32 << self.depth) as f32;
+        if self.is_flat() {
+            return at(0);
+        }
         // max before min: it replaces NaN.
-        u.max(cell.start).min(end)
-    }
-
-    /// The weights of the three coefficients from `first` on, at a coordinate for which it is that.
-    #[inline(always)]
-    pub(crate) fn weights(&self, first: u32, u: f32) -> [f32; TAPS] {
-        let cell = &self.cells[first as usize];
-        let t = (u - cell.start) * cell.inverse_width;
-        let s = 1.0 - t;
-        let (falling, rising) = (cell.falling * s * s, cell.rising * t * t);
-        [falling, 1.0 - falling - rising, rising]
+        u.max(at(cell)).min(at(cell + 1).next_down())
     }
 
     fn width(&self, cell: usize) -> u16 {
@@ -373,18 +407,37 @@ impl Axis {
     /// f and r of a cell.
     fn slopes(&self, cell: usize) -> [f64; 2] {
         let width = f64::from(self.width(cell));
+        self.beside(cell)
+            .map(|beside| width / (width + f64::from(beside)))
+    }
+
+    /// Widths of the cells before and after one; 0 where there are none, or others.
+    fn beside(&self, cell: usize) -> [u16; 2] {
         let ends_at =
             |knot: usize| knot == 0 || knot == self.knots.len() - 1 || self.kink == Some(knot);
         let beyond = |knot: usize, cell: usize| {
-            if ends_at(knot) {
-                0.0
-            } else {
-                f64::from(self.width(cell))
-            }
+            if ends_at(knot) { 0 } else { self.width(cell) }
         };
-        let before = beyond(cell, cell.wrapping_sub(1));
-        let after = beyond(cell + 1, cell + 1);
-        [width / (before + width), width / (width + after)]
+        [
+            beyond(cell, cell.wrapping_sub(1)),
+            beyond(cell + 1, cell + 1),
+        ]
+    }
+}
+
+impl<V: Vector> Place<V> {
+    /// At coordinates below 1, by the words that are there.
+    #[inline(always)]
+    pub(crate) fn of_words(word: V::Index, u: V) -> Self {
+        let x = u * V::of_bits(V::and(word, INVERSE_WIDTH));
+        let t = x - x.floor();
+        let s = V::one() - t;
+        let falling = V::look_up(&SHARES, V::shift_down::<FALLING>(word)) * (s * s);
+        let rising = V::look_up(&SHARES, V::shift_down::<RISING>(word)) * (t * t);
+        Self {
+            first: V::and(word, FIRST),
+            weights: [falling, V::one() - falling - rising, rising],
+        }
     }
 }
 
@@ -394,10 +447,12 @@ mod tests {
     use crate::math::simd::Single;
 
     fn value(axis: &Axis, coefficients: &[f64], u: f32) -> f32 {
-        let [first] = axis.first(Single(u));
-        let weights = axis.weights(first, u);
+        let Place {
+            first: [first],
+            weights,
+        } = axis.place(Single(u));
         (0..TAPS)
-            .map(|k| weights[k] * coefficients[first as usize + k] as f32)
+            .map(|k| weights[k].0 * coefficients[first as usize + k] as f32)
             .sum()
     }
 
@@ -408,7 +463,7 @@ mod tests {
     }
 
     fn uneven() -> Vec<u16> {
-        vec![0, 6, 10, 20, 32, 33, 44, 60, 64]
+        vec![0, 8, 12, 14, 15, 16, 32, 33, 34, 36, 40, 48, 64]
     }
 
     #[test]
@@ -468,7 +523,7 @@ mod tests {
     fn splines_are_smooth_across_knots() {
         let axis = Axis::new(6, uneven(), false).unwrap();
         let coefficients = fit(&axis, |x| (9.0 * x).sin());
-        for knot in axis.knots().skip(1).take(7) {
+        for knot in axis.knots().skip(1).take(11) {
             let h = 1e-3;
             let [before, at, after] =
                 [-h, 0.0, h].map(|h| value(&axis, &coefficients, knot as f32 + h));
@@ -481,8 +536,7 @@ mod tests {
         let axis = Axis::new(0, vec![0, 1], true).unwrap();
         let coefficients = fit(&axis, |x| x * x - x);
         assert!((value(&axis, &coefficients, 0.25) + 0.1875).abs() < 1e-6);
-        let [first] = axis.first(Single(f32::NAN));
-        assert_eq!(first, 0);
+        assert_eq!(axis.place(Single(1.0)).first, [0]);
     }
 
     #[test]
@@ -492,10 +546,9 @@ mod tests {
         let mut values = vec![7.0];
         axis.solve(&mut values, 1);
         assert_eq!(values, [7.0]);
-        for u in [0.0, 0.3, 1.0, f32::NAN] {
-            let [first] = axis.first(Single(u));
-            let [weight, ..] = axis.weights(first, 0.0);
-            assert_eq!((first, weight), (0, 1.0), "{u}");
+        for u in [0.0, 0.3, 1.0] {
+            let place = axis.place(Single(u));
+            assert_eq!((place.first, place.weights[0]), ([0], Single(1.0)), "{u}");
         }
     }
 
@@ -504,6 +557,17 @@ mod tests {
         for knots in [vec![], vec![5], vec![0, 0], vec![5, 2], vec![0, 65]] {
             assert!(Axis::new(6, knots, false).is_none());
         }
+        let uneven = "cells that are no halves of halves";
+        assert!(Axis::new(6, vec![0, 24, 64], false).is_none(), "{uneven}");
+        assert!(Axis::new(6, vec![0, 16, 48, 64], false).is_none(), "{uneven}");
+        assert!(Axis::new(6, vec![16, 32, 64], false).is_none(), "{uneven}");
+        // 2⁷ times as wide as the one before is not too wide, 2⁸ times is.
+        let up = [260, 264, 272, 288, 320, 384, 512];
+        let from = |start: &[u16]| [start, &up].concat();
+        assert!(Axis::new(9, from(&[0, 256, 258]), false).is_some());
+        assert!(Axis::new(9, from(&[0, 256, 257, 258]), false).is_none());
+        let kink = Axis::new(9, from(&[0, 256, 257, 258]), true);
+        assert!(kink.is_some(), "across a kink nothing is shared");
         assert!(Axis::new(MAX_DEPTH + 1, vec![0, 1], false).is_none());
     }
 }

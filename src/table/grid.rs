@@ -1,27 +1,28 @@
 //! A function of pairs of directions, tabulated.
 
+use super::Axis;
+use super::numbers::Numbers;
 use super::rows::Rows;
-use super::{Axis, Encoding, Samples};
 use crate::chart::Coordinates;
 
-/// Spline coefficients of S and V (or of their roots) of one thread's segments, over the box of its coordinates.
+/// Spline coefficients of √S and √V of one thread's segments, over the box of its coordinates.
 ///
-/// Samples are ordered `[u₃][u₂][u₁][u₀][channel]`, the last index fastest, by default channel 0 of S and 1 of V: the coefficients
-/// that make up a value along the sharp axis are contiguous, all channels together. A grid that is baked for some pairs has
-/// a part of each row along u₀ alone.
+/// They lie in tiles, as they are looked up: `[u₃][u₂][u₁/2][u₀][channel][2]`, the last index fastest. A tile is two rows along the
+/// sharp axis, of even and odd place along u₁, whose coefficients lie alternately, by default channel 0 of S and 1 of V: so
+/// what makes up a value in two rows is one load, and one instruction multiplies and adds both. A grid that is baked for some
+/// pairs has a part of each tile alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     pub(crate) coordinates: Coordinates,
     /// Those beyond the coordinates' rank are flat, the others not, but where all pairs that are needed have the same coordinate.
     pub(crate) axes: [Axis; 4],
-    pub(crate) encoding: Encoding,
     pub(crate) content: Content,
     /// What the largest stored number stands for, per channel.
     pub(crate) scale: [f32; CHANNELS],
     /// Which coefficients there are, if not all.
     pub(crate) rows: Option<Rows>,
-    /// Followed by [`PADDING`] numbers that do not matter, so that a row can be read as [`ROW`] numbers wherever it begins.
-    pub(crate) samples: Samples,
+    /// Followed by [`PADDING`] numbers that do not matter, so that a tile can be read as [`TILE`] numbers wherever it begins.
+    pub(crate) tiles: Numbers,
 }
 
 /// What the channels of a grid are.
@@ -59,11 +60,15 @@ impl Content {
 
 /// The most channels: S and V.
 pub(crate) const CHANNELS: usize = 2;
-/// Numbers that are read at once along the sharp axis: three coefficients of two channels, and as many more as fill a
-/// register.
-pub(crate) const ROW: usize = 8;
-/// See [`Grid::samples`]: of one channel.
-pub(crate) const PADDING: usize = ROW - super::axis::TAPS;
+/// Numbers that are read at once: three coefficients of two channels in two rows, and as many more as fill a register.
+pub(crate) const TILE: usize = 16;
+/// See [`Grid::tiles`]: of one channel.
+pub(crate) const PADDING: usize = TILE - 2 * super::axis::TAPS;
+
+/// How many tiles as many rows along u₁ make.
+pub(crate) const fn tiles_of(rows: usize) -> usize {
+    rows.div_ceil(2)
+}
 
 impl Grid {
     /// What it is a function of.
@@ -76,24 +81,24 @@ impl Grid {
         self.content
     }
 
-    /// From one coefficient of u₁, u₂ and u₃ to the next, in samples, if all are there; 0 along an axis that has one.
+    /// From one tile to the next, and from one coefficient of u₂ and u₃ to the next, in numbers, if all are there; 0 along an axis that has
+    /// one.
     pub(crate) fn strides(&self) -> [usize; 3] {
-        let lengths = self.axes.each_ref().map(Axis::len);
-        let mut stride = self.content.channels();
-        [1, 2, 3].map(|axis| {
-            stride *= lengths[axis - 1];
-            if self.axes[axis].is_flat() { 0 } else { stride }
-        })
+        let [n0, n1, n2, _] = self.axes.each_ref().map(Axis::len);
+        let tile = 2 * self.content.channels() * n0;
+        let plane = tile * tiles_of(n1);
+        let strides = [tile, plane, plane * n2];
+        [0, 1, 2].map(|k| if self.axes[k + 1].is_flat() { 0 } else { strides[k] })
+    }
+
+    /// How many numbers there are, of so many tiles' coefficients.
+    pub(super) fn numbers_of(content: Content, coefficients: u64) -> u64 {
+        2 * content.channels() as u64 * coefficients
     }
 
     /// The axes of u₀ to u₃.
     pub fn axes(&self) -> &[Axis; 4] {
         &self.axes
-    }
-
-    /// How coefficients are stored.
-    pub fn encoding(&self) -> Encoding {
-        self.encoding
     }
 
     /// Whether pairs can be asked for that it does not have.
@@ -115,13 +120,13 @@ impl Grid {
         }
     }
 
-    /// Bytes of samples in memory, and of what finds them.
+    /// Bytes of coefficients in memory, and of what finds them.
     pub fn bytes(&self) -> usize {
-        self.sample_bytes() + self.rows.as_ref().map_or(0, Rows::bytes)
+        self.tile_bytes() + self.rows.as_ref().map_or(0, Rows::bytes)
     }
 
-    /// Bytes of samples.
-    pub(super) fn sample_bytes(&self) -> usize {
-        (self.samples.len() - PADDING) * self.encoding.bytes()
+    /// Bytes of coefficients.
+    pub(super) fn tile_bytes(&self) -> usize {
+        size_of_val(self.tiles.stored())
     }
 }

@@ -43,16 +43,17 @@ mod misses;
 mod numbers;
 mod rows;
 
-pub(crate) use axis::TAPS;
-pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, REACH};
+pub(crate) use axis::{Place, TAPS};
+pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, MOST_UNEVEN, REACH};
 pub use encoding::Encoding;
-pub(crate) use encoding::Samples;
+pub(crate) use encoding::{UNIT, decode};
 pub use error::Error;
-pub use format::{MAJOR, MAX_DECODED_BYTES, MINOR};
-pub(crate) use grid::{CHANNELS, ROW};
+pub use format::{MAX_DECODED_BYTES, VERSION};
+pub(crate) use grid::{CHANNELS, TILE, tiles_of};
 pub use grid::{Content, Grid};
 pub(crate) use misses::Misses;
-pub(crate) use numbers::Numbers;
+#[cfg(feature = "bake")]
+pub(crate) use numbers::own;
 pub(crate) use rows::Rows;
 #[cfg(feature = "bake")]
 pub(crate) use rows::{Run, place_of};
@@ -89,31 +90,12 @@ impl Table {
         self.rho_scale
     }
 
-    /// The version of the format that [`Table::to_bytes`] writes it in: the oldest that can hold it.
-    pub fn format(&self) -> (u16, u16) {
-        let is_curve = |thread: &ThreadTable| thread.projection_grid().is_some();
-        let mut grids = self.threads.iter().flat_map(ThreadTable::grids);
-        let is_less = |grid: &Grid| grid.is_partial() || grid.content != Content::Both;
-        let minor = if grids.clone().any(is_less) {
-            4
-        } else if !grids.all(Grid::has_implied_kinks) {
-            3
-        } else if self.threads.iter().any(is_curve) {
-            2
-        } else if self.rho_scale != 1.0 {
-            1
-        } else {
-            0
-        };
-        (MAJOR, minor)
-    }
-
     /// How Q weighs tangents.
     pub fn reweighting(&self) -> Reweighting {
         self.reweighting
     }
 
-    /// Bytes of samples in memory, all threads.
+    /// Bytes of coefficients in memory, all threads.
     pub fn decoded_bytes(&self) -> usize {
         let grids = self.threads.iter().flat_map(ThreadTable::grids);
         grids.map(Grid::bytes).sum()
@@ -122,8 +104,8 @@ impl Table {
     /// Of these, bytes that were not copied from the file: see [`Table::from_static`].
     pub fn lent_bytes(&self) -> usize {
         let grids = self.threads.iter().flat_map(ThreadTable::grids);
-        let lent = grids.filter(|grid| grid.samples.is_lent());
-        lent.map(Grid::sample_bytes).sum()
+        let lent = grids.filter(|grid| grid.tiles.is_lent());
+        lent.map(Grid::tile_bytes).sum()
     }
 
     /// A table with these threads; its metadata are empty.

@@ -1,4 +1,4 @@
-//! Numbers that a table owns, or finds in the bytes of its file.
+//! Integers that a table owns, or finds in the bytes of its file.
 
 #[cfg(target_has_atomic = "ptr")]
 use alloc::sync::Arc;
@@ -10,28 +10,28 @@ use core::ptr::NonNull;
 
 use super::grid::PADDING;
 
-/// Numbers in a row, in memory of their own or in that of a file which is kept as long as they are. [`PADDING`] more follow them, so
-/// that rows can be read whole.
+/// Integers in a row, in memory of their own or in that of a file which is kept as long as they are. [`PADDING`] more follow them, so
+/// that tiles can be read whole.
 #[derive(Clone)]
-pub(crate) struct Numbers<T>(Memory<T>);
+pub(crate) struct Numbers(Memory);
 
 #[derive(Clone)]
-enum Memory<T> {
-    Own(Vec<T>),
+enum Memory {
+    Own(Vec<i16>),
     Lent {
         /// Readable and unchanged as long as there is the lender: [`lend`]'s caller sees to it.
-        numbers: NonNull<[T]>,
+        numbers: NonNull<[i16]>,
         /// Never asked, but kept.
         _lender: Lender,
     },
 }
 
 #[expect(unsafe_code, reason = "a pointer to what nobody writes to")]
-// SAFETY: lent numbers are only read, so that the pointer is what `&[T]` would be; lenders are Send and Sync.
-unsafe impl<T: Send + Sync> Send for Memory<T> {}
+// SAFETY: lent numbers are only read, so that the pointer is what `&[i16]` would be; lenders are Send and Sync.
+unsafe impl Send for Memory {}
 #[expect(unsafe_code, reason = "a pointer to what nobody writes to")]
 // SAFETY: as above.
-unsafe impl<T: Send + Sync> Sync for Memory<T> {}
+unsafe impl Sync for Memory {}
 
 /// What keeps the bytes of a file where they are.
 #[derive(Clone)]
@@ -49,40 +49,19 @@ pub(super) enum Lender {
 impl UnwindSafe for Lender {}
 impl RefUnwindSafe for Lender {}
 
-/// A number that may be read from any bytes.
-///
-/// # Safety
-/// Every pattern of bits is a value of the type, which has no padding, and nothing in it that can change behind a shared reference.
-#[expect(unsafe_code, reason = "what it promises is relied on")]
-pub(super) unsafe trait Plain: Copy + Default + 'static {}
-
-#[expect(unsafe_code, reason = "what it promises is relied on")]
-// SAFETY: all bits are floats; some are NaN, which readers look for.
-unsafe impl Plain for f32 {}
-#[expect(unsafe_code, reason = "what it promises is relied on")]
-// SAFETY: all bits are integers.
-unsafe impl Plain for i16 {}
-#[expect(unsafe_code, reason = "what it promises is relied on")]
-// SAFETY: all bits are integers.
-unsafe impl Plain for i8 {}
-
 /// The numbers that `bytes` begin with, so many and [`PADDING`] more, where they are: `None` if there are not as many, if
 /// they are not aligned, or if the machine would read their bytes in another order.
 ///
 /// # Safety
 /// As long as there is the lender, or a clone of it, the bytes are where they are, and do not change.
 #[expect(unsafe_code, reason = "bytes as numbers, for as long as they are kept")]
-pub(super) unsafe fn lend<T: Plain>(
-    bytes: &[u8],
-    count: usize,
-    lender: &Lender,
-) -> Option<Numbers<T>> {
+pub(super) unsafe fn lend(bytes: &[u8], count: usize, lender: &Lender) -> Option<Numbers> {
     if cfg!(target_endian = "big") {
         return None;
     }
-    let length = count.checked_add(PADDING)?.checked_mul(size_of::<T>())?;
-    // SAFETY: `Plain` types can be made of any bytes.
-    let (before, numbers, after) = unsafe { bytes.get(..length)?.align_to::<T>() };
+    let length = count.checked_add(PADDING)?.checked_mul(size_of::<i16>())?;
+    // SAFETY: any two bytes are an integer.
+    let (before, numbers, after) = unsafe { bytes.get(..length)?.align_to::<i16>() };
     if !before.is_empty() || !after.is_empty() {
         return None;
     }
@@ -93,29 +72,29 @@ pub(super) unsafe fn lend<T: Plain>(
 }
 
 /// In memory of their own, followed by zeros.
-pub(super) fn own<T: Plain>(numbers: impl Iterator<Item = T>) -> Numbers<T> {
-    let padding = core::iter::repeat_n(T::default(), PADDING);
+pub(crate) fn own(numbers: impl Iterator<Item = i16>) -> Numbers {
+    let padding = core::iter::repeat_n(0, PADDING);
     Numbers(Memory::Own(numbers.chain(padding).collect()))
 }
 
-impl<T> Numbers<T> {
+impl Numbers {
     /// Whether they are in memory that is not their own.
     pub(crate) fn is_lent(&self) -> bool {
         matches!(self.0, Memory::Lent { .. })
     }
 
     /// Without what follows them.
-    pub(super) fn stored(&self) -> &[T] {
+    pub(super) fn stored(&self) -> &[i16] {
         // Neither [`own`] nor [`lend`] makes fewer.
         &self[..self.len() - PADDING]
     }
 }
 
-impl<T> Deref for Numbers<T> {
-    type Target = [T];
+impl Deref for Numbers {
+    type Target = [i16];
 
     #[inline(always)]
-    fn deref(&self) -> &[T] {
+    fn deref(&self) -> &[i16] {
         match &self.0 {
             Memory::Own(numbers) => numbers,
             #[expect(unsafe_code, reason = "what a lender keeps")]
@@ -126,14 +105,14 @@ impl<T> Deref for Numbers<T> {
     }
 }
 
-impl<T: fmt::Debug> fmt::Debug for Numbers<T> {
+impl fmt::Debug for Numbers {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.stored().fmt(f)
     }
 }
 
 /// What follows them does not count: it may be anything.
-impl<T: PartialEq> PartialEq for Numbers<T> {
+impl PartialEq for Numbers {
     fn eq(&self, other: &Self) -> bool {
         self.stored() == other.stored()
     }

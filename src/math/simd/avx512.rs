@@ -4,6 +4,7 @@
 use core::arch::x86_64::*;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
+use super::avx2::F32x8;
 use super::{Kernel, Vector, approx};
 use crate::math::Lanes;
 
@@ -18,7 +19,7 @@ pub(super) struct F32x16(__m512);
 /// The machine has AVX512F and AVX2 and FMA.
 #[target_feature(enable = "avx512f,avx2,fma")]
 pub(super) unsafe fn run<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<F32x16, super::avx2::F32x8>()
+    kernel.run::<F32x16, F32x8>()
 }
 
 /// A value of instructions that take and give registers alone.
@@ -147,7 +148,6 @@ impl Vector for F32x16 {
     const LANES: usize = 16;
     type Array = [f32; 16];
     type Index = __m512i;
-    type IndexArray = [u32; 16];
 
     #[inline(always)]
     fn from_array(array: Self::Array) -> Self {
@@ -162,11 +162,28 @@ impl Vector for F32x16 {
         array
     }
     #[inline(always)]
-    fn index_to_array(index: Self::Index) -> Self::IndexArray {
-        let mut array = [0; 16];
-        // SAFETY: the machine has the instruction, and the array room for 16 integers; it need not be aligned.
-        unsafe { _mm512_storeu_si512(array.as_mut_ptr().cast(), index) }
-        array
+    fn load(from: &[f32]) -> Self {
+        let from = &from[..Self::LANES];
+        // SAFETY: the machine has the instruction, and the slice its 16 floats; they need not be aligned.
+        Self(unsafe { _mm512_loadu_ps(from.as_ptr()) })
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        let to = &mut to[..Self::LANES];
+        // SAFETY: the machine has the instruction, and the slice room for 16 floats; it need not be aligned.
+        unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn load_index(from: &[u32]) -> Self::Index {
+        let from = &from[..Self::LANES];
+        // SAFETY: the machine has the instruction, and the slice its 16 integers; they need not be aligned.
+        unsafe { _mm512_loadu_si512(from.as_ptr().cast()) }
+    }
+    #[inline(always)]
+    fn store_index(index: Self::Index, to: &mut [u32]) {
+        let to = &mut to[..Self::LANES];
+        // SAFETY: the machine has the instruction, and the slice room for 16 integers; it need not be aligned.
+        unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), index) }
     }
     #[inline(always)]
     fn truncate(self) -> Self::Index {
@@ -177,6 +194,16 @@ impl Vector for F32x16 {
         vector!(_mm512_roundscale_ps::<
             { _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC },
         >(self.0))
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        vector!(_mm512_roundscale_ps::<
+            { _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC },
+        >(self.0))
+    }
+    #[inline(always)]
+    fn to_index(self) -> Self::Index {
+        registers!(_mm512_cvtps_epi32(self.0))
     }
     #[inline(always)]
     fn exp2_integer(self) -> Self {
@@ -204,5 +231,76 @@ impl Vector for F32x16 {
         let index = registers!(_mm512_min_epu32(index, _mm512_set1_epi32(last)));
         // SAFETY: the machine has the instruction, and every index is from 0 to the last of the table, by the line before.
         unsafe { _mm512_i32gather_epi32::<4>(index, table.as_ptr().cast()) }
+    }
+    #[inline(always)]
+    fn look_up(table: &[f32; 16], index: Self::Index) -> Self {
+        let table = Self::load(table);
+        vector!(_mm512_permutexvar_ps(index, table.0))
+    }
+    #[inline(always)]
+    fn of_bits(index: Self::Index) -> Self {
+        vector!(_mm512_castsi512_ps(index))
+    }
+    #[inline(always)]
+    fn splat_index(index: u32) -> Self::Index {
+        registers!(_mm512_set1_epi32(index as i32))
+    }
+    #[inline(always)]
+    fn and(index: Self::Index, mask: u32) -> Self::Index {
+        registers!(_mm512_and_si512(index, Self::splat_index(mask)))
+    }
+    #[inline(always)]
+    fn or(a: Self::Index, b: Self::Index) -> Self::Index {
+        registers!(_mm512_or_si512(a, b))
+    }
+    #[inline(always)]
+    fn shift_up<const BITS: u32>(index: Self::Index) -> Self::Index {
+        registers!(_mm512_slli_epi32::<BITS>(index))
+    }
+    #[inline(always)]
+    fn shift_down<const BITS: u32>(index: Self::Index) -> Self::Index {
+        registers!(_mm512_srli_epi32::<BITS>(index))
+    }
+    #[inline(always)]
+    fn plus(a: Self::Index, b: Self::Index) -> Self::Index {
+        registers!(_mm512_add_epi32(a, b))
+    }
+    #[inline(always)]
+    fn minus(a: Self::Index, b: Self::Index) -> Self::Index {
+        registers!(_mm512_sub_epi32(a, b))
+    }
+    #[inline(always)]
+    fn times(index: Self::Index, factor: u32) -> Self::Index {
+        registers!(_mm512_mullo_epi32(index, Self::splat_index(factor)))
+    }
+    #[inline(always)]
+    fn by_parity(index: Self::Index, even: Self::Index, odd: Self::Index) -> Self::Index {
+        registers!({
+            let is_odd = _mm512_test_epi32_mask(index, _mm512_set1_epi32(1));
+            _mm512_mask_blend_epi32(is_odd, even, odd)
+        })
+    }
+    #[inline(always)]
+    fn columns(rows: &[[f32; 8]]) -> [Self; 6] {
+        let rows = &rows[..Self::LANES];
+        let (low, high) = (F32x8::columns(&rows[..8]), F32x8::columns(&rows[8..]));
+        [
+            Self::joined(low[0], high[0]),
+            Self::joined(low[1], high[1]),
+            Self::joined(low[2], high[2]),
+            Self::joined(low[3], high[3]),
+            Self::joined(low[4], high[4]),
+            Self::joined(low[5], high[5]),
+        ]
+    }
+}
+
+impl F32x16 {
+    #[inline(always)]
+    fn joined(low: F32x8, high: F32x8) -> Self {
+        vector!({
+            let low = _mm512_castpd256_pd512(_mm256_castps_pd(low.0));
+            _mm512_castpd_ps(_mm512_insertf64x4::<1>(low, _mm256_castps_pd(high.0)))
+        })
     }
 }

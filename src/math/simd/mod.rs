@@ -35,38 +35,69 @@ pub trait Vector: Lanes {
     const LANES: usize;
     /// As many in memory.
     type Array: Copy + Default + AsRef<[f32]> + AsMut<[f32]>;
-    /// As many table indices.
+    /// As many `u32`: table indices, and what is packed into 32 bits.
     type Index: Copy;
-    /// As many table indices in memory.
-    type IndexArray: Copy + AsRef<[u32]> + AsMut<[u32]>;
 
     /// From memory.
     fn from_array(array: Self::Array) -> Self;
     /// Into memory.
     fn to_array(self) -> Self::Array;
-    /// Into memory.
-    fn index_to_array(index: Self::Index) -> Self::IndexArray;
+    /// From the first numbers of a slice, which has as many.
+    fn load(from: &[f32]) -> Self;
+    /// Into the first numbers of a slice, which has as many.
+    fn store(self, to: &mut [f32]);
+    /// From the first numbers of a slice, which has as many.
+    fn load_index(from: &[u32]) -> Self::Index;
+    /// Into the first numbers of a slice, which has as many.
+    fn store_index(index: Self::Index, to: &mut [u32]);
     /// The integral part of numbers from 0 to 2²⁴. Others give some index.
     fn truncate(self) -> Self::Index;
     /// The nearest integers.
     fn round(self) -> Self;
+    /// The largest integers that are not above.
+    fn floor(self) -> Self;
+    /// The nearest integers, of numbers from 0 to 2²⁴.
+    fn to_index(self) -> Self::Index;
     /// 2 to the power of `self`, an integer from −126 to 127.
     fn exp2_integer(self) -> Self;
     /// `self` with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
     /// `table[index]`; the last one for indices past the end. The table is not empty.
     fn gather(table: &[u32], index: Self::Index) -> Self::Index;
+    /// `table[index]` by the lowest four bits of the index.
+    fn look_up(table: &[f32; 16], index: Self::Index) -> Self;
+    /// The numbers whose bits these are.
+    fn of_bits(index: Self::Index) -> Self;
+    /// The same index in every lane.
+    fn splat_index(index: u32) -> Self::Index;
+    /// The bits that are in both.
+    fn and(index: Self::Index, mask: u32) -> Self::Index;
+    /// The bits that are in either.
+    fn or(a: Self::Index, b: Self::Index) -> Self::Index;
+    /// So many bits up, below 32.
+    fn shift_up<const BITS: u32>(index: Self::Index) -> Self::Index;
+    /// So many bits down, below 32.
+    fn shift_down<const BITS: u32>(index: Self::Index) -> Self::Index;
+    /// The sum modulo 2³².
+    fn plus(a: Self::Index, b: Self::Index) -> Self::Index;
+    /// The difference modulo 2³².
+    fn minus(a: Self::Index, b: Self::Index) -> Self::Index;
+    /// The product modulo 2³².
+    fn times(index: Self::Index, factor: u32) -> Self::Index;
+    /// `odd` where the lowest bit of the index is 1, else `even`.
+    fn by_parity(index: Self::Index, even: Self::Index, odd: Self::Index) -> Self::Index;
+    /// The first six numbers of each of as many rows as there are lanes.
+    fn columns(rows: &[[f32; 8]]) -> [Self; 6];
 }
 
-/// Eight `f32`, which narrower numbers can be widened to.
+/// Eight `f32`: what one lane sums up.
 #[doc(hidden)]
 pub trait Row: Vector<Array = [f32; 8]> {
     /// Whether it takes no instructions that only some machines have.
     const IS_PORTABLE: bool = false;
-    /// As f32.
-    fn widen_i16(row: &[i16; 8]) -> Self;
-    /// As f32.
-    fn widen_i8(row: &[i8; 8]) -> Self;
+    /// Σ of four rows with integer weights. A tile is two rows, whose numbers lie alternately; of each pair of `weights` the lower half
+    /// is that of the first. Sums stay within 2³¹ where weights sum to at most 2¹⁵.
+    fn sum_tiles(tiles: [&[i16; 16]; 2], weights: [u32; 2]) -> Self;
 }
 
 /// An algorithm for any instruction set.

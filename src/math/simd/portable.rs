@@ -16,6 +16,9 @@ pub struct Eight([f32; 8]);
 /// 1.5 · 2²³: adding and subtracting it rounds to integers.
 const ROUNDER: f32 = 12_582_912.0;
 
+/// Of a slice that vectors are loaded from.
+const AS_MANY: &str = "as many numbers as lanes";
+
 macro_rules! operator {
     ($type:ident, $trait:ident, $method:ident) => {
         impl $trait for $type {
@@ -117,7 +120,6 @@ macro_rules! portable {
             const LANES: usize = $lanes;
             type Array = [f32; $lanes];
             type Index = [u32; $lanes];
-            type IndexArray = [u32; $lanes];
 
             #[inline(always)]
             fn from_array(array: Self::Array) -> Self {
@@ -128,8 +130,20 @@ macro_rules! portable {
                 self.array()
             }
             #[inline(always)]
-            fn index_to_array(index: Self::Index) -> Self::IndexArray {
-                index
+            fn load(from: &[f32]) -> Self {
+                Self::from(*from.first_chunk().expect(AS_MANY))
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [f32]) {
+                to[..$lanes].copy_from_slice(&self.array());
+            }
+            #[inline(always)]
+            fn load_index(from: &[u32]) -> Self::Index {
+                *from.first_chunk().expect(AS_MANY)
+            }
+            #[inline(always)]
+            fn store_index(index: Self::Index, to: &mut [u32]) {
+                to[..$lanes].copy_from_slice(&index);
             }
             #[inline(always)]
             fn truncate(self) -> Self::Index {
@@ -138,6 +152,18 @@ macro_rules! portable {
             #[inline(always)]
             fn round(self) -> Self {
                 self.map(|x| (x + ROUNDER) - ROUNDER)
+            }
+            #[inline(always)]
+            fn floor(self) -> Self {
+                // Rounded, and one less where that went up.
+                self.map(|x| {
+                    let rounded = (x + ROUNDER) - ROUNDER;
+                    if x < rounded { rounded - 1.0 } else { rounded }
+                })
+            }
+            #[inline(always)]
+            fn to_index(self) -> Self::Index {
+                self.round().truncate()
             }
             #[inline(always)]
             fn exp2_integer(self) -> Self {
@@ -154,6 +180,55 @@ macro_rules! portable {
             fn gather(table: &[u32], index: Self::Index) -> Self::Index {
                 let last = table.len() - 1;
                 index.map(|index| table[(index as usize).min(last)])
+            }
+            #[inline(always)]
+            fn look_up(table: &[f32; 16], index: Self::Index) -> Self {
+                Self::from(index.map(|index| table[index as usize & 15]))
+            }
+            #[inline(always)]
+            fn of_bits(index: Self::Index) -> Self {
+                Self::from(index.map(f32::from_bits))
+            }
+            #[inline(always)]
+            fn splat_index(index: u32) -> Self::Index {
+                [index; $lanes]
+            }
+            #[inline(always)]
+            fn and(index: Self::Index, mask: u32) -> Self::Index {
+                index.map(|index| index & mask)
+            }
+            #[inline(always)]
+            fn or(a: Self::Index, b: Self::Index) -> Self::Index {
+                core::array::from_fn(|k| a[k] | b[k])
+            }
+            #[inline(always)]
+            fn shift_up<const BITS: u32>(index: Self::Index) -> Self::Index {
+                index.map(|index| index << BITS)
+            }
+            #[inline(always)]
+            fn shift_down<const BITS: u32>(index: Self::Index) -> Self::Index {
+                index.map(|index| index >> BITS)
+            }
+            #[inline(always)]
+            fn plus(a: Self::Index, b: Self::Index) -> Self::Index {
+                core::array::from_fn(|k| a[k].wrapping_add(b[k]))
+            }
+            #[inline(always)]
+            fn minus(a: Self::Index, b: Self::Index) -> Self::Index {
+                core::array::from_fn(|k| a[k].wrapping_sub(b[k]))
+            }
+            #[inline(always)]
+            fn times(index: Self::Index, factor: u32) -> Self::Index {
+                index.map(|index| index.wrapping_mul(factor))
+            }
+            #[inline(always)]
+            fn by_parity(index: Self::Index, even: Self::Index, odd: Self::Index) -> Self::Index {
+                core::array::from_fn(|k| if index[k] & 1 == 1 { odd[k] } else { even[k] })
+            }
+            #[inline(always)]
+            fn columns(rows: &[[f32; 8]]) -> [Self; 6] {
+                let rows: &[[f32; 8]; $lanes] = rows.first_chunk().expect(AS_MANY);
+                core::array::from_fn(|k| Self::from(rows.map(|row| row[k])))
             }
         }
     };
@@ -204,11 +279,13 @@ impl Row for Eight {
     const IS_PORTABLE: bool = true;
 
     #[inline(always)]
-    fn widen_i16(row: &[i16; 8]) -> Self {
-        Self(row.map(f32::from))
-    }
-    #[inline(always)]
-    fn widen_i8(row: &[i8; 8]) -> Self {
-        Self(row.map(f32::from))
+    fn sum_tiles(tiles: [&[i16; 16]; 2], weights: [u32; 2]) -> Self {
+        Self(core::array::from_fn(|k| {
+            let part = |tile: &[i16; 16], weights: u32| {
+                let [first, second] = [weights as i16, (weights >> 16) as i16].map(i32::from);
+                first * i32::from(tile[2 * k]) + second * i32::from(tile[2 * k + 1])
+            };
+            (part(tiles[0], weights[0]) + part(tiles[1], weights[1])) as f32
+        }))
     }
 }
