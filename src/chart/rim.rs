@@ -1,0 +1,75 @@
+//! Pairs near a thread's horizon, which grids err most at.
+
+use core::f64::consts::FRAC_PI_2;
+
+use crate::math::{Lanes, Vec3, norm2};
+
+/// How far before a thread's horizon its box ends, in hundredths of a radian of azimuth: 0 at the horizon.
+///
+/// Pairs beyond the box are evaluated without it, pairs within [`Rim::BAND`] of its end both ways, blended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+pub struct Rim(u8);
+
+impl Rim {
+    /// The box ends at the horizon.
+    pub const NONE: Self = Self(0);
+    /// The widest rim, in hundredths.
+    pub const WIDEST: u8 = 50;
+    /// How far within the box both ways are blended, as heights are measured by [`height`].
+    pub const BAND: f64 = 0.05;
+
+    /// From hundredths of a radian; `None` beyond [`Rim::WIDEST`].
+    pub const fn new(hundredths: u8) -> Option<Self> {
+        if hundredths <= Self::WIDEST {
+            Some(Self(hundredths))
+        } else {
+            None
+        }
+    }
+
+    /// In hundredths of a radian.
+    pub const fn hundredths(self) -> u8 {
+        self.0
+    }
+
+    /// Whether there is none.
+    pub const fn is_none(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The azimuth at which the box ends.
+    #[inline(always)]
+    pub fn azimuth(self) -> f64 {
+        FRAC_PI_2 - 0.01 * f64::from(self.0)
+    }
+
+    /// The share of the box in the value of a pair at a [`height`]: 0 beyond it, 1 from the band on. All is the box's where there is no
+    /// rim.
+    #[inline(always)]
+    pub fn share_of_box<R: Lanes>(self, height: R) -> R {
+        if self.is_none() {
+            return R::one();
+        }
+        // The sine of a hundredth is one, to 4 digits at the widest; the box has to go on to where it counts.
+        let from = 0.01 * f64::from(self.0);
+        let over = R::of(1.0 / Self::BAND);
+        let share = height.mul_add(over, R::of(-from / Self::BAND));
+        share.max(R::zero()).min(R::one())
+    }
+}
+
+/// How high above a thread's horizon a pair of unit directions in thread coordinates is: the least over both of the cosine
+/// of the azimuth and 1.5 times the cosine to the normal. (Of what was tried, at equal share of pairs, it leaves the least
+/// error.)
+#[inline(always)]
+pub fn height<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> R {
+    let least = of_one(wi);
+    least.min(of_one(wr))
+}
+
+#[inline(always)]
+fn of_one<R: Lanes>(w: Vec3<R>) -> R {
+    let azimuth = w[2] / norm2(w[1], w[2]).max(R::of(super::TINY));
+    azimuth.min(R::of(1.5) * w[2])
+}
