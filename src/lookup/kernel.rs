@@ -1,10 +1,10 @@
 //! From pairs of directions to reflectance.
 
 use super::interpolate;
-use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave};
+use crate::brdf::{PlacedNodes, Response, Reweighting, ThreadPair, ThreadResponse, Weave};
 use crate::math::simd::{Row, Vector};
 use crate::math::{Vec3, each, splat};
-use crate::table::{Segments, Table, ThreadTable};
+use crate::table::{SegmentGrid, Segments, Table, ThreadTable};
 
 /// What a table says of pairs.
 pub(super) struct Woven<V> {
@@ -67,9 +67,10 @@ fn thread_response<V: Vector, R: Row>(
     let tangents = &thread.tangents;
     let grids = match &thread.segments {
         Segments::None | Segments::Direct(_) => [None, None],
-        Segments::Grid(grid) => [Some(&**grid), None],
+        Segments::Grid(segments) => [Some(&segments.grid), None],
         Segments::Curve(curve) => [Some(&curve.response), Some(&curve.projection)],
     };
+    let already_missing = *missing;
     // One place that looks up, since it is most of the code.
     let mut values = [Response::zero(); 2];
     for (value, grid) in values.iter_mut().zip(grids) {
@@ -79,6 +80,8 @@ fn thread_response<V: Vector, R: Row>(
         *value = found.response;
     }
     let [mut response, of_projection] = values;
+    let (direct, share) = direct_part(&thread.segments, wi, wr);
+    *missing = V::select(V::zero().lt(share), *missing, already_missing);
     if let Segments::Curve(_) = thread.segments {
         return ThreadResponse {
             response,
@@ -88,11 +91,14 @@ fn thread_response<V: Vector, R: Row>(
     let has_tilts = !tangents.tilts().is_empty();
     let both = table.reweighting == Reweighting::Both;
     let mut projection = V::zero();
-    if both || has_tilts || matches!(thread.segments, Segments::Direct(_)) {
+    if both || has_tilts || direct.is_some() {
         let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
         let optics = thread.optics.cast::<V>();
-        if let Segments::Direct(nodes) = &thread.segments {
-            response = nodes.mean_response(&pair, &optics);
+        if let Some(nodes) = direct {
+            let of_grid = response;
+            response = Response::zero()
+                .plus(V::one() - share, nodes.mean_response(&pair, &optics))
+                .plus(share, of_grid);
         }
         if has_tilts {
             response = response.plus(V::one(), tangents.response_of_tilts(&pair, &optics));
@@ -107,5 +113,28 @@ fn thread_response<V: Vector, R: Row>(
     ThreadResponse {
         response,
         projection,
+    }
+}
+
+/// What evaluates a thread's segments directly, if any of the pairs takes it, and the share of the grid in each.
+#[inline(always)]
+fn direct_part<V: Vector>(
+    segments: &Segments,
+    wi: Vec3<V>,
+    wr: Vec3<V>,
+) -> (Option<&PlacedNodes<f32>>, V) {
+    match segments {
+        Segments::Direct(nodes) => (Some(nodes), V::zero()),
+        Segments::Grid(segments) => {
+            let SegmentGrid { grid, rim } = &**segments;
+            let Some(nodes) = rim else {
+                return (None, V::one());
+            };
+            let share = grid.coordinates.share_of_box(wi, wr);
+            let array = share.to_array();
+            let is_any = array.as_ref().iter().any(|share| *share < 1.0);
+            (is_any.then_some(nodes), share)
+        }
+        Segments::None | Segments::Curve(_) => (None, V::one()),
     }
 }

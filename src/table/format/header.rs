@@ -5,7 +5,7 @@ use alloc::{string::String, vec::Vec};
 use super::coding::{Chunk, Codec};
 use super::{COORDINATES, MAX_DECODED_BYTES, code_of, implied_kinks};
 use crate::brdf::{Optics, limits};
-use crate::chart::Coordinates;
+use crate::chart::{Coordinates, Rim};
 use crate::table::{Axis, CHANNELS, Content, Encoding, Error, Grids, MAX_KNOTS, ThreadParameters};
 
 pub(super) const MAX_THREADS: u32 = 64;
@@ -182,13 +182,16 @@ impl Reader<'_> {
             0 if segments.is_empty() && !is_curve => Grids::None,
             1 if !segments.is_empty() => Grids::Segments(self.grid(&COORDINATES[..4], minor)?),
             2 if !segments.is_empty() => {
-                for _ in 0..self.count("number of nodes", 1..=MAX_DIRECT_NODES)? {
-                    nodes.push([
-                        self.f64_where("node", |x| x.abs() < 1.0)?,
-                        self.f64_where("weight of a node", |x| x > 0.0 && x <= 2.0)?,
-                    ]);
-                }
+                nodes = self.nodes()?;
                 Grids::None
+            }
+            4 if !segments.is_empty() && minor >= 4 => {
+                let rim = self.count("width of the rim", 1..=Rim::WIDEST.into())?;
+                nodes = self.nodes()?;
+                let mut grid = self.grid(&COORDINATES[..4], minor)?;
+                let rim = Rim::new(rim as u8).ok_or(self.invalid("width of the rim"))?;
+                grid.coordinates = grid.coordinates.with_rim(rim);
+                Grids::Segments(grid)
             }
             3 if is_curve => Grids::Curve {
                 response: self.grid(&COORDINATES[..9], minor)?,
@@ -209,6 +212,18 @@ impl Reader<'_> {
             },
             grids,
         ))
+    }
+
+    /// Nodes and weights of direct evaluation, at least one.
+    fn nodes(&mut self) -> Result<Vec<[f64; 2]>, Error> {
+        let mut nodes = Vec::new();
+        for _ in 0..self.count("number of nodes", 1..=MAX_DIRECT_NODES)? {
+            nodes.push([
+                self.f64_where("node", |x| x.abs() < 1.0)?,
+                self.f64_where("weight of a node", |x| x > 0.0 && x <= 2.0)?,
+            ]);
+        }
+        Ok(nodes)
     }
 
     /// A grid whose coordinates are among `known`.

@@ -11,8 +11,8 @@ use super::coding::{Codec, RUN_WORDS, Words, checksum};
 use super::{ALIGNMENT, CHECKED_FROM, MAGIC, MAJOR, MAPPED_MINOR, MARGIN, code_of};
 use crate::brdf::Reweighting;
 use crate::table::{
-    Content, Encoding, Error, Grid, Numbers, Rows, Samples, Segments, Table, ThreadParameters,
-    ThreadTable,
+    Content, Encoding, Error, Grid, Numbers, Rows, Samples, SegmentGrid, Segments, Table,
+    ThreadParameters, ThreadTable,
 };
 
 /// How a chunk is stored that has these bytes.
@@ -194,7 +194,14 @@ fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable, minor: u16) {
     match &thread.segments {
         Segments::None => put_u32(out, 0),
         Segments::Grid(grid) => {
-            put_u32(out, 1);
+            let SegmentGrid { grid, rim } = &**grid;
+            if rim.is_some() {
+                put_u32(out, 4);
+                put_u32(out, grid.coordinates.rim().hundredths().into());
+                put_nodes(out, nodes);
+            } else {
+                put_u32(out, 1);
+            }
             put_grid(out, grid, minor);
         }
         Segments::Curve(grids) => {
@@ -204,11 +211,15 @@ fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable, minor: u16) {
         }
         Segments::Direct(_) => {
             put_u32(out, 2);
-            put_u32(out, nodes.len());
-            for x in nodes.as_flattened() {
-                put_f64(out, *x);
-            }
+            put_nodes(out, nodes);
         }
+    }
+}
+
+fn put_nodes(out: &mut Vec<u8>, nodes: &[[f64; 2]]) {
+    put_u32(out, nodes.len());
+    for x in nodes.as_flattened() {
+        put_f64(out, *x);
     }
 }
 
