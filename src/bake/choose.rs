@@ -171,9 +171,8 @@ fn plan_curve(
         target_error,
     };
     let of_projection = match fabric.reweighting {
-        // So small a grid need not be rounded.
         Reweighting::View => aim(
-            Encoding::F32,
+            Encoding::SqrtI16,
             PROJECTION_BYTES.min(max_bytes / PROJECTION_PART),
             PROJECTION_ERROR * settings.target_error,
         ),

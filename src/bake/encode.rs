@@ -8,7 +8,7 @@ use crate::brdf::Response;
 use crate::chart::Coordinates;
 use crate::fabric::Thread;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Axis, CHANNELS, Content, Grid, Run, Samples, place_of};
+use crate::table::{Axis, CHANNELS, Content, Grid, Run, UNIT, own, place_of};
 
 /// Coefficients below this are stored as zero …
 const DARK: f64 = 1e-30;
@@ -83,22 +83,25 @@ pub(super) fn fill_grid(
     }
     mirror_faces(&mut values, channels, [n0, n1, n2], coordinates);
 
-    let stored = |row: usize, run: Run| {
-        let from = channels * (row * n0 + usize::from(run.first));
-        let values = &values[from..][..channels * usize::from(run.count)];
-        values.iter().enumerate().map(move |(index, value)| {
-            let share = value / scale[index % channels];
-            share.clamp(-1.0, 1.0) * encoding.unit()
-        })
+    let stored = |row: usize, index: usize| {
+        let share = values[channels * n0 * row + index] / scale[index % channels];
+        (share.clamp(-1.0, 1.0) * UNIT).round() as i16
     };
-    let runs = runs.into_iter().enumerate();
-    let samples = Samples::store(encoding, runs.flat_map(|(row, run)| stored(row, run)));
+    let mut tiles = Vec::new();
+    for row in (0..runs.len()).filter(|row| (row % n1).is_multiple_of(2)) {
+        let run = runs[row];
+        // The last tile may have one row.
+        let has_two = row % n1 + 1 < n1;
+        for index in channels * usize::from(run.first)..channels * usize::from(run.end()) {
+            tiles.push(stored(row, index));
+            tiles.push(if has_two { stored(row + 1, index) } else { 0 });
+        }
+    }
     Ok(Grid {
         coordinates,
-        encoding,
         content,
         scale: scale.map(|scale| scale as f32),
-        samples,
+        tiles: own(tiles.into_iter()),
         rows,
         axes,
     })

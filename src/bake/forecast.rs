@@ -136,7 +136,7 @@ fn of_grid(
     };
     let bytes = extent.coefficients() * channel_bytes + rows.as_ref().map_or(0, Rows::bytes);
     let sites = extent.sites();
-    let is_baked = |first| rows.as_ref().is_none_or(|rows| rows.has(first));
+    let is_baked = |first| rows.as_ref().is_none_or(|rows| rows.has(axes, first));
     let names = coordinates.names();
     let project = |right: usize, up: usize| {
         let firsts = axes

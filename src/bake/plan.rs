@@ -19,7 +19,7 @@ use crate::fabric::{Fabric, Thread};
 use crate::math::simd::Single;
 use crate::metrics::protocol_pairs;
 use crate::progress::{Cancelled, Progress, Steps};
-use crate::table::{Axis, Encoding, MAX_DEPTH};
+use crate::table::{Axis, Encoding, MAX_DEPTH, MOST_UNEVEN};
 
 const LINES: usize = 48;
 /// Lines are sampled at 2 to the power of this many intervals, at least.
@@ -289,7 +289,7 @@ impl Ladder {
                 }
             }
             // The middles of halves have to be samples, too.
-            let divisible = (0..cells.len()).filter(|cell| knots[cell + 1] - knots[*cell] >= 4);
+            let divisible = (0..cells.len()).filter(|cell| is_divisible(&knots, *cell));
             let worst = divisible.max_by(|a, b| cells[*a].total_cmp(&cells[*b]));
             match worst {
                 Some(cell) if knots.len() < MAX_LADDER => {
@@ -328,6 +328,15 @@ impl Ladder {
     }
 }
 
+/// Whether a cell's halves have samples in their middles, too, and are not too narrow beside its neighbours.
+fn is_divisible(knots: &[usize], cell: usize) -> bool {
+    let width = |ends: Option<&[usize]>| ends.map_or(0, |ends| ends[1] - ends[0]);
+    let at = |cell: usize| width(knots.get(cell..cell + 2));
+    let before = cell.checked_sub(1).map_or(0, at);
+    let least = before.max(at(cell + 1)) / usize::from(MOST_UNEVEN);
+    at(cell) >= (2 * least).max(4)
+}
+
 /// The error of the spline within each cell, summed over places, lines and channels.
 fn cell_errors(scale: &Scale, knots: &[usize], lines: &[Line]) -> Vec<f64> {
     let axis = scale.axis(knots);
@@ -340,9 +349,12 @@ fn cell_errors(scale: &Scale, knots: &[usize], lines: &[Line]) -> Vec<f64> {
     let stencils: Vec<(usize, [f64; 3])> = scale
         .places()
         .map(|place| {
-            let u = scale.at(place) as f32;
-            let [first] = axis.first(Single(u));
-            (first as usize, axis.weights(first, u).map(f64::from))
+            let place = axis.place(Single(scale.at(place) as f32));
+            let [first] = place.first;
+            (
+                first as usize,
+                place.weights.map(|weight| f64::from(weight.0)),
+            )
         })
         .collect();
     let solver = axis.solver();

@@ -98,7 +98,8 @@ impl Extent {
         };
         let mut axes = axes.clone();
         collapse(&mut axes, needs, coordinates);
-        let runs = runs(needs, coordinates, direction, &axes);
+        let mut runs = runs(needs, coordinates, direction, &axes);
+        let tiles = join_rows_of_tiles(&mut runs, &axes);
         let mut sites = sites(&runs, coordinates, &axes);
         let is_collapsed = axes != all.axes;
         if !is_collapsed {
@@ -110,7 +111,7 @@ impl Extent {
         }
         let is_all = runs.iter().all(|run| *run == all_of(&axes));
         let rows = (!is_all).then(|| {
-            Rows::new(&runs, &axes, channels)
+            Rows::new(&tiles, &axes, channels)
                 .expect("runs are those of cells, of which some are needed")
         });
         let index = rows.as_ref().map_or(0, Rows::bytes);
@@ -190,6 +191,22 @@ fn runs(needs: &Needs, coordinates: Coordinates, direction: f64, axes: &[Axis; 4
     runs
 }
 
+/// By tile: what its rows have, which then have the same.
+fn join_rows_of_tiles(runs: &mut [Run], axes: &[Axis; 4]) -> Vec<Run> {
+    let mut tiles = Vec::new();
+    for plane in runs.chunks_exact_mut(axes[1].len()) {
+        for rows in plane.chunks_mut(2) {
+            let mut tile = Run::default();
+            for row in rows.iter().filter(|row| row.count > 0) {
+                tile.join(row.first, row.end() - 1);
+            }
+            rows.fill(tile);
+            tiles.push(tile);
+        }
+    }
+    tiles
+}
+
 /// By row: the sites that coefficients depend on.
 fn sites(runs: &[Run], coordinates: Coordinates, axes: &[Axis; 4]) -> Vec<Run> {
     let lengths = axes.each_ref().map(Axis::len);
@@ -247,7 +264,7 @@ fn cells(
         })
         .collect();
     let first = |axis: usize, u: f64| {
-        let [first] = axes[axis].first(Single(u as f32));
+        let [first] = axes[axis].place(Single(u as f32)).first;
         first as usize
     };
     let mark = |cells: &mut [[u16; 2]], ranges: [Range; 4]| {

@@ -58,9 +58,11 @@ impl<R> ThreadResponse<R> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Weave<R> {
     /// Q so far.
-    pub q: R,
-    scale: R,
-    sum: [R; 3],
+    pub(crate) q: R,
+    /// What ρ is multiplied by.
+    pub(crate) scale: R,
+    /// Σ a_j (S_j + V_j A_j) so far.
+    pub(crate) sum: [R; 3],
 }
 
 impl<R: Lanes> Weave<R> {

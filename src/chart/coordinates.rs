@@ -1,6 +1,6 @@
 //! What a grid is a function of.
 
-use super::{Chart, Rim, isotropic, view};
+use super::{Chart, Rim, height, isotropic, view};
 use crate::math::{Lanes, Real, Vec3};
 
 /// How a pair of directions in thread coordinates becomes a point of a box of up to four dimensions. Coordinates that a
@@ -36,6 +36,33 @@ impl Coordinates {
             Self::Isotropic => 3,
             Self::View { isotropic } => 2 - usize::from(isotropic),
         }
+    }
+
+    /// How far before the horizon the box ends.
+    pub fn rim(self) -> Rim {
+        match self {
+            Self::Thread { rim, .. } => rim,
+            Self::Isotropic | Self::View { .. } => Rim::NONE,
+        }
+    }
+
+    /// The same in a box that ends elsewhere, of a thread; others have no rim.
+    #[must_use]
+    pub fn with_rim(mut self, to: Rim) -> Self {
+        if let Self::Thread { rim, .. } = &mut self {
+            *rim = to;
+        }
+        self
+    }
+
+    /// The share of the box in the value of a pair: see [`Rim::share_of_box`].
+    #[inline(always)]
+    pub fn share_of_box<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> R {
+        let rim = self.rim();
+        if rim.is_none() {
+            return R::one();
+        }
+        rim.share_of_box(height(wi, wr))
     }
 
     /// What to call them.

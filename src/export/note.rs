@@ -104,7 +104,7 @@ pub(super) struct Note<'a> {
     version: u32,
     tool: &'static str,
     fabric: &'a str,
-    table_format: String,
+    table_format: u32,
     layout: &'static str,
     pixels: &'static str,
     size: [usize; 3],
@@ -126,7 +126,6 @@ impl<'a> Note<'a> {
             Format::Exr => ("atlas", ATLAS),
             Format::Rgb9e5 | Format::Bc6h => ("threes", THREES),
         };
-        let (major, minor) = export.table.format();
         let threads = export.table.threads().iter();
         let ErrorReport {
             seed, all, grazing, ..
@@ -135,7 +134,7 @@ impl<'a> Note<'a> {
             version: VERSION,
             tool: crate::TOOL,
             fabric: about.fabric,
-            table_format: format!("{major}.{minor}"),
+            table_format: crate::table::VERSION,
             layout,
             pixels: export.format.pixels().name(),
             size: export.size,

@@ -1,9 +1,8 @@
 //! Many pairs of directions at a time.
 
-use super::kernel::{self, Woven};
-use crate::brdf::without_cosine;
-use crate::math::Vec3;
-use crate::math::simd::{Colours, Directions, Level, PairFunction, Row, Vector, map_pairs};
+use super::block::Block;
+use crate::math::each;
+use crate::math::simd::{Colours, Directions, Kernel, Level, Row, Vector};
 use crate::table::Table;
 
 /// Evaluation of many pairs: structures of arrays, with the widest vector instructions of the machine. A result differs from
@@ -39,13 +38,20 @@ impl Table {
         wr: Directions<'_>,
         values: Colours<'_>,
     ) {
-        let function = Lookup {
+        let pairs = wi[0].len();
+        let inputs = wi.iter().chain(&wr).all(|slice| slice.len() == pairs);
+        assert!(
+            inputs && values.iter().all(|slice| slice.len() == pairs),
+            "slices of directions and values must be of one length"
+        );
+        level.run(Batch {
             table: self,
             albedos,
             quantity,
-            asks: false,
-        };
-        map_pairs(level, &function, wi, wr, values);
+            wi,
+            wr,
+            values,
+        });
     }
 }
 
@@ -73,28 +79,79 @@ pub enum Quantity {
     Rho,
 }
 
-/// A table as a function of directions.
-pub(super) struct Lookup<'a> {
-    pub(super) table: &'a Table,
-    pub(super) albedos: &'a [[f32; 3]],
-    pub(super) quantity: Quantity,
-    /// Whether what is wanted is not the quantity, but whether it is missing: above 0.
-    pub(super) asks: bool,
+/// What is asked of a table.
+struct Batch<'a> {
+    table: &'a Table,
+    albedos: &'a [[f32; 3]],
+    quantity: Quantity,
+    wi: Directions<'a>,
+    wr: Directions<'a>,
+    values: Colours<'a>,
 }
 
-impl PairFunction for Lookup<'_> {
+impl Kernel for Batch<'_> {
+    type Output = ();
+
     #[inline(always)]
-    fn at<V: Vector, R: Row>(&self, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
-        let Woven { weave, missing } =
-            kernel::weave::<V, R>(self.table, self.albedos, wi, wr, |_| {});
-        if self.asks {
-            return [missing; 3];
+    fn run<V: Vector, R: Row>(self) {
+        // A large block has more to prepare than a few pairs are worth.
+        if self.wi[0].len() <= FEW {
+            self.in_blocks::<V, R, FEW, FEW>();
+        } else {
+            self.in_blocks::<V, R, BLOCK, STEP>();
         }
-        self.table.count_missing(missing);
-        let rho = weave.rho();
-        match self.quantity {
-            Quantity::Brdf => without_cosine(rho, wi[2]),
-            Quantity::Rho => rho,
+    }
+}
+
+/// Pairs of a block: so many that those near the horizon fill vectors, and so few that all that is known of them stays in the first cache …
+const BLOCK: usize = 256;
+/// … as the places of so many in a grid do beside it.
+const STEP: usize = 64;
+/// Pairs of a block for few.
+const FEW: usize = 16;
+
+impl Batch<'_> {
+    #[inline(always)]
+    fn in_blocks<V: Vector, R: Row, const N: usize, const S: usize>(mut self) {
+        let mut block = Block::<N, S>::new();
+        let pairs = self.wi[0].len();
+        let mut from = 0;
+        while from < pairs {
+            block.load(
+                self.table,
+                each(
+                    self.wi,
+                    #[inline(always)]
+                    |w| &w[from..],
+                ),
+                each(
+                    self.wr,
+                    #[inline(always)]
+                    |w| &w[from..],
+                ),
+            );
+            block.weave::<V, R>(
+                self.table,
+                self.albedos,
+                #[inline(always)]
+                |_| {},
+            );
+            let mut at = 0;
+            while at < block.pairs {
+                self.table.count_missing(block.missing::<V>(at));
+                let value = block.value::<V>(self.table, self.quantity, at);
+                let count = V::LANES.min(block.pairs - at);
+                for (to, value) in self.values.iter_mut().zip(value) {
+                    let to = &mut to[from + at..][..count];
+                    if count == V::LANES {
+                        value.store(to);
+                    } else {
+                        to.copy_from_slice(&value.to_array().as_ref()[..count]);
+                    }
+                }
+                at += V::LANES;
+            }
+            from += N;
         }
     }
 }

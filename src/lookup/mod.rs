@@ -1,16 +1,22 @@
 //! Evaluation of a baked fabric.
 //!
-//! `kernel` is the one algorithm, from a pair of directions to a number, for as many pairs at once as the machine's vectors
-//! have lanes: into the thread's frame; single tilts by their closed form; for the segments the pair's place in the chart
-//! and the spline's value there (`interpolate`); then the sum over threads. `scalar` runs it for one pair and is what the
-//! others are compared with; `batch` over slices, with the instructions of [`crate::math::simd`]. These round differently,
-//! so that results differ by at most 3e-5 of the value and a thousandth of the mean, 5e-7 on average (`tests/table/parity.rs`).
+//! `block` is the one algorithm, from pairs of directions to numbers, in blocks of some hundred pairs, thread by
+//! thread. Each step is done for all pairs of a block before the next, so that none waits for another pair's long chain:
+//!
+//! 1. `grid`: the pair's place in the thread's frame and chart, and the weights there (as many pairs at once as the machine's
+//!    vectors have lanes); the sums of the tiles (a pair after the other, whose numbers lie side by side); S and V of them.
+//! 2. `rim`: pairs near the thread's horizon by placed tilts, those of a block collected in full vectors.
+//! 3. Single tilts by their closed form, the projection, and the sum over threads.
+//!
+//! `batch` runs it over slices; `scalar` is one pair. All are compiled for every instruction set of [`crate::math::simd`]. These round differently, so that
+//! results differ by at most 3e-5 of the value and a thousandth of the mean, 5e-7 on average (`tests/table/parity.rs`).
 
 mod batch;
-mod interpolate;
-mod kernel;
+mod block;
+mod grid;
 #[cfg(feature = "shader")]
 mod points;
+mod rim;
 mod scalar;
 
 pub use batch::Quantity;

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use super::interpolate::at;
+use super::grid::Places;
 use crate::math::simd::{Kernel, Level, Row, Vector};
 use crate::table::Grid;
 
@@ -28,29 +28,38 @@ impl<I: Iterator<Item = [f32; 4]>> Kernel for Points<'_, I> {
 
     #[inline(always)]
     fn run<V: Vector, R: Row>(mut self) {
+        const STEP: usize = 16;
+        let mut places = Places::<STEP>::new();
         loop {
-            let mut u = [V::Array::default(); 4];
+            let mut u = [[0.0; STEP]; 4];
             let mut count = 0;
-            for point in self.points.by_ref().take(V::LANES) {
+            for point in self.points.by_ref().take(STEP) {
                 for (u, x) in u.iter_mut().zip(point) {
-                    u.as_mut()[count] = x;
+                    u[count] = x;
                 }
                 count += 1;
             }
             if count == 0 {
                 return;
             }
-            let u = [
-                V::from_array(u[0]),
-                V::from_array(u[1]),
-                V::from_array(u[2]),
-                V::from_array(u[3]),
-            ];
-            let response = at::<V, R>(self.grid, self.grid.is_partial(), u).response;
-            let surface = response.surface.sqrt().to_array();
-            let volume = response.volume.sqrt().to_array();
-            let both = surface.as_ref().iter().zip(volume.as_ref());
-            self.roots.extend(both.take(count).map(|(s, v)| [*s, *v]));
+            for at in (0..STEP).step_by(V::LANES) {
+                let u = [
+                    V::load(&u[0][at..]),
+                    V::load(&u[1][at..]),
+                    V::load(&u[2][at..]),
+                    V::load(&u[3][at..]),
+                ];
+                places.find(self.grid, at, u);
+            }
+            places.sum::<R>(self.grid, count);
+            let mut roots = [[0.0; STEP]; 2];
+            for at in (0..STEP).step_by(V::LANES) {
+                let response = places.response::<V>(self.grid, at);
+                response.surface.sqrt().store(&mut roots[0][at..]);
+                response.volume.sqrt().store(&mut roots[1][at..]);
+            }
+            let roots = roots[0].into_iter().zip(roots[1]);
+            self.roots.extend(roots.take(count).map(|(s, v)| [s, v]));
         }
     }
 }

@@ -3,11 +3,9 @@
 use alloc::vec::Vec;
 
 use super::Quantity;
-use super::batch::Lookup;
-use super::kernel::{self, Woven};
-use crate::brdf::Components;
-use crate::math::simd::{Kernel, Level, Row, Vector, at_pair};
-use crate::math::{each, splat};
+use super::block::Block;
+use crate::brdf::{Components, ThreadResponse};
+use crate::math::simd::{Kernel, Level, Row, Single, Vector};
 use crate::table::Table;
 
 /// Evaluation never fails, allocates (but for [`Table::components`]) or panics, and is never negative or NaN: directions that are not above the surface,
@@ -36,13 +34,17 @@ impl Table {
     }
 
     fn at(&self, albedos: &[[f32; 3]], quantity: Quantity, wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
-        let lookup = Lookup {
+        Level::detect().run_single(One {
             table: self,
             albedos,
-            quantity,
-            asks: false,
-        };
-        at_pair(&lookup, wi, wr)
+            wi,
+            wr,
+            of: |block: &Block<1, 1>| {
+                self.count_missing(block.missing::<Single>(0));
+                block.value::<Single>(self, quantity, 0).map(|x| x.0)
+            },
+            see: |_| {},
+        })
     }
 
     /// Whether the table was baked for the pair. What is not baked is looked up as well, as the nearest that is, and counted
@@ -64,51 +66,61 @@ impl Table {
     }
 
     fn has(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> bool {
-        let lookup = Lookup {
-            table: self,
-            albedos,
-            quantity: Quantity::Rho,
-            asks: true,
+        let is_missing = || {
+            Level::detect().run_single(One {
+                table: self,
+                albedos,
+                wi,
+                wr,
+                of: |block: &Block<1, 1>| block.missing::<Single>(0).0 > 0.0,
+                see: |_| {},
+            })
         };
-        !self.is_partial || at_pair(&lookup, wi, wr)[0] == 0.0
+        !self.is_partial || !is_missing()
     }
 
     /// S, V and the projection of every thread, Q, and ρ with the fabric's own albedo.
     pub fn components(&self, wi: [f32; 3], wr: [f32; 3]) -> Components<f32> {
-        Level::detect().run_single(All {
+        let mut threads = Vec::with_capacity(self.threads.len());
+        let (rho, q) = Level::detect().run_single(One {
             table: self,
+            albedos: &[],
             wi,
             wr,
-        })
+            of: |block: &Block<1, 1>| {
+                self.count_missing(block.missing::<Single>(0));
+                block.rho::<Single>(self, 0)
+            },
+            see: |thread: ThreadResponse<Single>| threads.push(thread.map(|x| x.0)),
+        });
+        Components {
+            threads,
+            q: q.0,
+            rho: rho.map(|x| x.0),
+        }
     }
 }
 
-/// A table's components of one pair.
-struct All<'a> {
+/// A table at one pair.
+struct One<'a, F, S> {
     table: &'a Table,
+    albedos: &'a [[f32; 3]],
     wi: [f32; 3],
     wr: [f32; 3],
+    of: F,
+    see: S,
 }
 
-impl Kernel for All<'_> {
-    type Output = Components<f32>;
+impl<T, F: Fn(&Block<1, 1>) -> T, S: FnMut(ThreadResponse<Single>)> Kernel for One<'_, F, S> {
+    type Output = T;
 
     #[inline(always)]
-    fn run<V: Vector, R: Row>(self) -> Components<f32> {
-        let lane = |x: V| x.to_array().as_ref()[0];
-        let mut threads = Vec::with_capacity(self.table.threads.len());
-        let (wi, wr) = (
-            each(self.wi, splat::<f32, V>),
-            each(self.wr, splat::<f32, V>),
-        );
-        let Woven { weave, missing } = kernel::weave::<V, R>(self.table, &[], wi, wr, |thread| {
-            threads.push(thread.map(lane));
-        });
-        self.table.count_missing(missing);
-        Components {
-            threads,
-            q: lane(weave.q),
-            rho: weave.rho().map(lane),
-        }
+    fn run<V: Vector, R: Row>(self) -> T {
+        let mut block = Block::new();
+        let (wi, wr) = (self.wi.each_ref(), self.wr.each_ref());
+        let slice = core::slice::from_ref;
+        block.load(self.table, wi.map(slice), wr.map(slice));
+        block.weave::<Single, R>(self.table, self.albedos, self.see);
+        (self.of)(&block)
     }
 }

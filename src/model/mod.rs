@@ -9,6 +9,7 @@ mod kind;
 mod lambert;
 mod mean;
 mod oren_nayar;
+mod pairs;
 mod sadeghi;
 mod sweep;
 mod torrance_sparrow;

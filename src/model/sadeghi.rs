@@ -5,15 +5,14 @@
 
 use std::collections::BTreeMap;
 
+use super::pairs::{PairFunction, at_pair, map_pairs};
 use super::{AdaptiveMean, Model, gauss_legendre};
 use crate::brdf::{
     Components, Optics, PlacedNodes, Response, Reweighting, TangentCurve, ThreadFrame, ThreadPair,
     ThreadResponse, Weave,
 };
 use crate::fabric::{self, Fabric, Sweep};
-use crate::math::simd::{
-    Colours, Directions, Level, PairFunction, Row, Vector, at_pair, map_pairs,
-};
+use crate::math::simd::{Colours, Directions, Level, Row, Vector};
 use crate::math::{Lanes, Real, Vec3, each, splat};
 
 /// How the means over a thread's tangents are taken.

@@ -207,13 +207,5 @@ fn bakes(options: &Options) -> Vec<(String, Settings)> {
         };
         (size_name(*size), settings)
     });
-    let encodings = options.encodings.iter().map(|encoding| {
-        let settings = Settings {
-            encoding: *encoding,
-            direct: Direct::Never,
-            ..standard()
-        };
-        (format!("grids:{}", encoding.name()), settings)
-    });
-    presets.chain(sizes).chain(encodings).collect()
+    presets.chain(sizes).collect()
 }

@@ -33,7 +33,7 @@ use crate::metrics::{
 };
 use crate::model::ModelKind;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Encoding, Error};
+use crate::table::Error;
 
 /// What to measure. The thesis' 50 midpoints are always measured, since all times are compared to them.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,8 +46,6 @@ pub struct Options {
     pub presets: Vec<Preset>,
     /// Most bytes in memory of other tables to bake with the standard encoding.
     pub sizes: Vec<usize>,
-    /// Encodings of other tables to bake at the standard size.
-    pub encodings: Vec<Encoding>,
     /// Other models to fit.
     pub fits: Vec<ModelKind>,
     /// Pairs to measure error on.
@@ -67,12 +65,6 @@ impl Default for Options {
             quadratures: vec![1, 2, 3, 4, 5, 6, 8, 10, 12, 16],
             presets: vec![Preset::Draft, Preset::Standard, Preset::Fine],
             sizes: vec![64 << 10, 256 << 10, 1 << 20, 4 << 20, 16 << 20],
-            encodings: vec![
-                Encoding::F32,
-                Encoding::I16,
-                Encoding::SqrtF32,
-                Encoding::SqrtI8,
-            ],
             fits: ModelKind::ALL.to_vec(),
             pairs: DEFAULT_PAIRS,
             seed: VALIDATION_SEED,
@@ -90,7 +82,6 @@ impl Options {
             quadratures: vec![1, 3, 6],
             presets: vec![Preset::Draft],
             sizes: Vec::new(),
-            encodings: Vec::new(),
             // Irawan's takes a while.
             fits: ModelKind::ALL[..3].to_vec(),
             pairs: 512,

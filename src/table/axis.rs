@@ -559,7 +559,10 @@ mod tests {
         }
         let uneven = "cells that are no halves of halves";
         assert!(Axis::new(6, vec![0, 24, 64], false).is_none(), "{uneven}");
-        assert!(Axis::new(6, vec![0, 16, 48, 64], false).is_none(), "{uneven}");
+        assert!(
+            Axis::new(6, vec![0, 16, 48, 64], false).is_none(),
+            "{uneven}"
+        );
         assert!(Axis::new(6, vec![16, 32, 64], false).is_none(), "{uneven}");
         // 2⁷ times as wide as the one before is not too wide, 2⁸ times is.
         let up = [260, 264, 272, 288, 320, 384, 512];

@@ -10,10 +10,8 @@ pub enum Error {
     NotATable,
     /// The file's format is another than this reader's.
     Version {
-        /// Major version of the file.
-        major: u16,
-        /// Minor version of the file.
-        minor: u16,
+        /// Version of the file; before 3 its upper half is a minor version.
+        version: u32,
     },
     /// The file ends too soon.
     Truncated {
@@ -56,11 +54,16 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotATable => write!(f, "not a sateen table"),
-            Self::Version { major, minor } => write!(
+            Self::Version { version } => write!(
                 f,
-                "format version {major}.{minor}, but this sateen reads {}.{}; upgrade sateen or bake again",
-                super::format::MAJOR,
-                super::format::MINOR
+                "format version {}, but this sateen reads {}; {}",
+                version & 0xFFFF,
+                super::VERSION,
+                if *version > super::VERSION && version >> 16 == 0 {
+                    "upgrade sateen"
+                } else {
+                    "bake it again"
+                }
             ),
             Self::Truncated { expected, found } => {
                 write!(

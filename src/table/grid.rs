@@ -88,7 +88,13 @@ impl Grid {
         let tile = 2 * self.content.channels() * n0;
         let plane = tile * tiles_of(n1);
         let strides = [tile, plane, plane * n2];
-        [0, 1, 2].map(|k| if self.axes[k + 1].is_flat() { 0 } else { strides[k] })
+        [0, 1, 2].map(|k| {
+            if self.axes[k + 1].is_flat() {
+                0
+            } else {
+                strides[k]
+            }
+        })
     }
 
     /// How many numbers there are, of so many tiles' coefficients.

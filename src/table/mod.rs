@@ -43,8 +43,8 @@ mod misses;
 mod numbers;
 mod rows;
 
-pub(crate) use axis::{Place, TAPS};
 pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, MOST_UNEVEN, REACH};
+pub(crate) use axis::{Place, TAPS};
 pub use encoding::Encoding;
 pub(crate) use encoding::{UNIT, decode};
 pub use error::Error;
@@ -61,6 +61,7 @@ pub(crate) use rows::{Run, place_of};
 use alloc::{boxed::Box, string::String, vec::Vec};
 
 use crate::brdf::{Optics, PlacedNodes, Reweighting, TangentCurve, ThreadFrame};
+use crate::chart::Rim;
 
 /// A baked fabric. Evaluation is in [`crate::lookup`].
 #[derive(Debug, Clone, PartialEq)]
@@ -171,7 +172,8 @@ pub(crate) struct ThreadParameters {
     pub(crate) tilts: Vec<(f64, f64)>,
     /// (from, to, weight).
     pub(crate) segments: Vec<(f64, f64, f64)>,
-    /// Nodes and weights of the rule that the segments are evaluated by, none if there is a grid.
+    /// Nodes and weights of the rule that the segments are evaluated by; where there is a grid, within its rim, and none if it has no
+    /// rim.
     pub(crate) nodes: Vec<[f64; 2]>,
 }
 
@@ -193,11 +195,19 @@ pub(crate) enum Segments {
     /// There are none.
     None,
     /// By interpolation.
-    Grid(Box<Grid>),
+    Grid(Box<SegmentGrid>),
     /// Directly, where that costs less or errs less.
     Direct(PlacedNodes<f32>),
     /// By interpolation, as all of the thread: its direction changes along it.
     Curve(Box<CurveGrids>),
+}
+
+/// The grid of a thread's segments.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SegmentGrid {
+    pub(crate) grid: Grid,
+    /// What pairs are evaluated by within the grid's rim, if it has one.
+    pub(crate) rim: Option<PlacedNodes<f32>>,
 }
 
 /// What a thread is whose direction changes along its curve.
@@ -220,16 +230,20 @@ pub(crate) enum Grids<G> {
 impl ThreadTable {
     pub(crate) fn new(parameters: ThreadParameters, grids: Grids<Grid>) -> Self {
         let optics = parameters.optics.cast();
-        let tangents = TangentCurve::from_parts(
-            parameters.tilts.iter().copied(),
-            parameters.segments.iter().copied(),
-        );
+        let segments = || parameters.segments.iter().copied();
+        let tangents = TangentCurve::from_parts(parameters.tilts.iter().copied(), segments());
+        let placed = (!parameters.nodes.is_empty()).then(|| {
+            let segments = TangentCurve::from_parts(core::iter::empty(), segments());
+            PlacedNodes::new(&segments, &parameters.optics, &parameters.nodes)
+        });
         Self {
             frame: ThreadFrame::new(parameters.direction),
             coverage: parameters.coverage as f32,
             albedo: parameters.albedo.map(|channel| channel as f32),
             segments: match grids {
-                Grids::Segments(grid) => Segments::Grid(Box::new(grid)),
+                Grids::Segments(grid) => {
+                    Segments::Grid(Box::new(SegmentGrid { grid, rim: placed }))
+                }
                 Grids::Curve {
                     response,
                     projection,
@@ -237,15 +251,7 @@ impl ThreadTable {
                     response,
                     projection,
                 })),
-                Grids::None if parameters.nodes.is_empty() => Segments::None,
-                Grids::None => Segments::Direct(PlacedNodes::new(
-                    &TangentCurve::from_parts(
-                        core::iter::empty(),
-                        parameters.segments.iter().copied(),
-                    ),
-                    &parameters.optics,
-                    &parameters.nodes,
-                )),
+                Grids::None => placed.map_or(Segments::None, Segments::Direct),
             },
             optics,
             tangents,
@@ -282,7 +288,7 @@ impl ThreadTable {
     /// The grid of S and V, if the thread has one.
     pub fn grid(&self) -> Option<&Grid> {
         match &self.segments {
-            Segments::Grid(grid) => Some(grid),
+            Segments::Grid(segments) => Some(&segments.grid),
             Segments::Curve(grids) => Some(&grids.response),
             Segments::None | Segments::Direct(_) => None,
         }
@@ -311,6 +317,18 @@ impl ThreadTable {
         match &self.segments {
             Segments::Direct(nodes) => Some(nodes.count()),
             Segments::None | Segments::Grid(_) | Segments::Curve(_) => None,
+        }
+    }
+
+    /// How far before the thread's horizon its grid ends, and how many tilts per segment are evaluated for pairs beyond, if it ends before
+    /// the horizon.
+    pub fn rim(&self) -> Option<(Rim, usize)> {
+        match &self.segments {
+            Segments::Grid(segments) => {
+                let nodes = segments.rim.as_ref()?;
+                Some((segments.grid.coordinates.rim(), nodes.count()))
+            }
+            Segments::None | Segments::Direct(_) | Segments::Curve(_) => None,
         }
     }
 }

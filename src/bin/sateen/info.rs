@@ -8,7 +8,7 @@ use sateen::chart::Coordinates;
 use sateen::fabric::Fabric;
 use sateen::metrics::Reflectance;
 use sateen::model::ModelKind;
-use sateen::table::{Axis, Content, Grid, Table, ThreadTable};
+use sateen::table::{Axis, Content, Grid, Table, ThreadTable, VERSION};
 use serde_json::{Map, Value, json};
 
 use crate::Outcome;
@@ -55,9 +55,8 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         bytes(settings.max_bytes),
     );
     text += adapted_line(provenance.adapted);
-    let (major, minor) = table.format();
     text += &format!(
-        "  size       {}, format {major}.{minor}\n",
+        "  size       {}, format {VERSION}\n",
         sizes(table.decoded_bytes(), file_bytes)
     );
     text += &format!("  projection {}\n", name_of(&table.reweighting()));
@@ -198,9 +197,8 @@ fn grid_text(grid: &Grid) -> String {
         Content::Dyed => ", S + A V in one channel (the albedo is grey and stays as it is)",
     };
     format!(
-        "{chart} chart, {} coefficients{left_out} as {}, {}{fold}",
+        "{chart} chart, {} coefficients{left_out}, {}{fold}",
         axes.join(" × "),
-        grid.encoding().name(),
         bytes(grid.bytes())
     )
 }
@@ -229,7 +227,6 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         };
         json!({
             "chart": chart,
-            "encoding": grid.encoding(),
             "folded": ends_fold,
             "sides_folded": sides_fold,
             "bytes": grid.bytes(),
@@ -259,9 +256,8 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             "projection_grid": thread.projection_grid().map(grid),
         })
     };
-    let (major, minor) = table.format();
     json!({
-        "format": format!("{major}.{minor}"),
+        "format": format!("{VERSION}"),
         "file_bytes": file_bytes,
         "decoded_bytes": table.decoded_bytes(),
         "reweighting": table.reweighting(),

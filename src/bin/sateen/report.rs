@@ -36,7 +36,7 @@ pub(crate) struct ReportArgs {
     /// Other sizes in memory to bake, such as 64KiB,16MiB, with a grid for every thread [default: 64KiB,256KiB,1MiB,4MiB,16MiB].
     #[arg(long, value_delimiter = ',', value_parser = parse_size, value_name = "LIST")]
     sizes: Option<Vec<usize>>,
-    /// Bake only the sizes and encodings of the presets.
+    /// Bake only the sizes of the presets.
     #[arg(long, conflicts_with = "sizes")]
     no_sweep: bool,
     /// Fit no other models, which takes up to half a minute per fabric.
@@ -96,7 +96,6 @@ fn options(args: &ReportArgs) -> Options {
     }
     if args.no_sweep {
         options.sizes.clear();
-        options.encodings.clear();
     }
     if args.no_fits {
         options.fits.clear();

@@ -24,7 +24,6 @@ mod portable;
 use super::Lanes;
 pub use doubles::{DoubleKernel, Doubles};
 pub use pairs::{Colours, Directions};
-pub(crate) use pairs::{PairFunction, at_pair, map_pairs};
 #[doc(hidden)]
 pub use portable::{Eight, Single};
 

@@ -6,7 +6,7 @@ use alloc::{
     vec::Vec,
 };
 
-use crate::table::{CHANNELS, Error};
+use crate::table::{CHANNELS, Content, Error};
 
 /// RFC 8878: a block of zstd that decodes to anything has a header of three bytes, and content …
 #[cfg(feature = "zstd")]
@@ -65,6 +65,14 @@ pub(super) enum Words {
     None,
     /// Of so many bytes, each like the one so many before it.
     Of { bytes: usize, before: usize },
+}
+
+/// Of tiles: two bytes, each like that of the coefficient before, which is so many numbers before it as two rows have channels.
+pub(super) fn tile_words(content: Content) -> Words {
+    Words::Of {
+        bytes: 2,
+        before: 2 * content.channels(),
+    }
 }
 
 /// Of a run in a file: two u16, each like that of the row before.
@@ -128,7 +136,7 @@ fn decompress(_: &[u8], _: usize) -> Result<Vec<u8>, Error> {
 }
 
 /// Neighbouring numbers differ little: stores the difference of each little-endian `word` to the one so many `before` it (of the same
-/// channel), wrapping, then all words' lowest bytes, all second bytes and so on.
+/// row and channel), wrapping, then all words' lowest bytes, all second bytes and so on.
 #[cfg(feature = "zstd")]
 fn split_planes(bytes: &[u8], word: usize, before: usize) -> Vec<u8> {
     let count = bytes.len() / word;
@@ -171,7 +179,7 @@ fn join_planes(planes: &[u8], word: usize, before: usize) -> Vec<u8> {
     }
 }
 
-/// Sums up the differences in the `N` planes, to the number so many, at most [`CHANNELS`], `before`.
+/// Sums up the differences in the `N` planes, to the number so many, at most two per channel, `before`.
 fn join_words<T: Copy + Default, const N: usize>(
     planes: &[u8],
     before: usize,
@@ -182,7 +190,7 @@ fn join_words<T: Copy + Default, const N: usize>(
     let count = planes.len() / N;
     let planes: [&[u8]; N] = core::array::from_fn(|k| &planes[k * count..(k + 1) * count]);
     let mut bytes = vec![0; count * N];
-    let mut last = [T::default(); CHANNELS];
+    let mut last = [T::default(); 2 * CHANNELS];
     for (i, out) in bytes.chunks_exact_mut(N).enumerate() {
         let value = add(last[i % before], from_bytes(planes.map(|plane| plane[i])));
         last[i % before] = value;

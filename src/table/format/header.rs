@@ -3,10 +3,10 @@
 use alloc::{string::String, vec::Vec};
 
 use super::coding::{Chunk, Codec};
-use super::{COORDINATES, MAX_DECODED_BYTES, code_of, implied_kinks};
+use super::{COORDINATES, MAX_DECODED_BYTES, code_of};
 use crate::brdf::{Optics, limits};
-use crate::chart::Coordinates;
-use crate::table::{Axis, CHANNELS, Content, Encoding, Error, Grids, MAX_KNOTS, ThreadParameters};
+use crate::chart::{Coordinates, Rim};
+use crate::table::{Axis, CHANNELS, Content, Error, Grids, MAX_KNOTS, ThreadParameters};
 
 pub(super) const MAX_THREADS: u32 = 64;
 const MAX_PARTS: u32 = 4096;
@@ -15,7 +15,6 @@ const MAX_DIRECT_NODES: u32 = 64;
 /// A grid's part of the header.
 pub(super) struct GridHeader {
     pub(super) coordinates: Coordinates,
-    pub(super) encoding: Encoding,
     pub(super) content: Content,
     /// Whether it has not all coefficients: a chunk says which.
     pub(super) has_runs: bool,
@@ -127,10 +126,7 @@ impl Reader<'_> {
         })
     }
 
-    pub(super) fn thread(
-        &mut self,
-        minor: u16,
-    ) -> Result<(ThreadParameters, Grids<GridHeader>), Error> {
+    pub(super) fn thread(&mut self) -> Result<(ThreadParameters, Grids<GridHeader>), Error> {
         let name_bytes = self.count("length of a thread's name", 1..=64)?;
         let mut name = String::new();
         for _ in 0..name_bytes {
@@ -173,26 +169,29 @@ impl Reader<'_> {
             .iter()
             .map(|tilt| tilt.1)
             .chain(segments.iter().map(|segment| segment.2));
-        let is_curve = minor >= 2 && tilts.is_empty() && segments.is_empty();
+        let is_curve = tilts.is_empty() && segments.is_empty();
         if !is_curve && (weights.sum::<f64>() - 1.0).abs() > 1e-6 {
             return Err(self.invalid("sum of a thread's weights"));
         }
         let mut nodes = Vec::new();
         let grids = match self.u32()? {
             0 if segments.is_empty() && !is_curve => Grids::None,
-            1 if !segments.is_empty() => Grids::Segments(self.grid(&COORDINATES[..4], minor)?),
+            1 if !segments.is_empty() => Grids::Segments(self.grid(&COORDINATES[..4])?),
             2 if !segments.is_empty() => {
-                for _ in 0..self.count("number of nodes", 1..=MAX_DIRECT_NODES)? {
-                    nodes.push([
-                        self.f64_where("node", |x| x.abs() < 1.0)?,
-                        self.f64_where("weight of a node", |x| x > 0.0 && x <= 2.0)?,
-                    ]);
-                }
+                nodes = self.nodes()?;
                 Grids::None
             }
+            4 if !segments.is_empty() => {
+                let rim = self.count("width of the rim", 1..=Rim::WIDEST.into())?;
+                nodes = self.nodes()?;
+                let mut grid = self.grid(&COORDINATES[..4])?;
+                let rim = Rim::new(rim as u8).ok_or(self.invalid("width of the rim"))?;
+                grid.coordinates = grid.coordinates.with_rim(rim);
+                Grids::Segments(grid)
+            }
             3 if is_curve => Grids::Curve {
-                response: self.grid(&COORDINATES[..9], minor)?,
-                projection: self.grid(&COORDINATES, minor)?,
+                response: self.grid(&COORDINATES[..9])?,
+                projection: self.grid(&COORDINATES)?,
             },
             _ => return Err(self.invalid("how segments are evaluated")),
         };
@@ -211,21 +210,26 @@ impl Reader<'_> {
         ))
     }
 
+    /// Nodes and weights of direct evaluation, at least one.
+    fn nodes(&mut self) -> Result<Vec<[f64; 2]>, Error> {
+        let mut nodes = Vec::new();
+        for _ in 0..self.count("number of nodes", 1..=MAX_DIRECT_NODES)? {
+            nodes.push([
+                self.f64_where("node", |x| x.abs() < 1.0)?,
+                self.f64_where("weight of a node", |x| x > 0.0 && x <= 2.0)?,
+            ]);
+        }
+        Ok(nodes)
+    }
+
     /// A grid whose coordinates are among `known`.
-    fn grid(&mut self, known: &[Coordinates], minor: u16) -> Result<GridHeader, Error> {
+    fn grid(&mut self, known: &[Coordinates]) -> Result<GridHeader, Error> {
         let codes = [self.u8()?, self.u8()?];
         let coordinates = known.iter().copied().find(|known| code_of(*known) == codes);
         let coordinates = coordinates.ok_or(self.invalid("coordinates"))?;
-        let encoding = match self.u8()? {
-            0 => Encoding::F32,
-            1 => Encoding::I16,
-            2 => Encoding::SqrtF32,
-            3 => Encoding::SqrtI16,
-            4 => Encoding::SqrtI8,
-            _ => return Err(self.invalid("encoding")),
-        };
+        self.zero(1)?;
         let flags = self.u8()?;
-        if flags > 7 || minor < 4 && flags != 0 {
+        if flags > 7 {
             return Err(self.invalid("what a grid leaves out"));
         }
         let content = match flags >> 1 {
@@ -242,13 +246,12 @@ impl Reader<'_> {
             }
         }
         let mut axes = Vec::new();
-        for (axis, implied) in implied_kinks(coordinates).into_iter().enumerate() {
+        for axis in 0..4 {
             let count = self.u16()? as usize;
             let depth = self.u8()?;
-            let bends = match (minor, self.u8()?) {
-                (..3, 0) => None,
-                (3.., 0) => Some(false),
-                (3.., 1) => Some(true),
+            let bends = match self.u8()? {
+                0 => false,
+                1 => true,
                 _ => return Err(self.invalid("kink of an axis")),
             };
             if count > MAX_KNOTS {
@@ -262,16 +265,14 @@ impl Reader<'_> {
             let axis = match (axis < coordinates.rank(), &knots[..], depth) {
                 (false, [0], 0) => Some(Axis::flat()),
                 // All that is needed may be in the middle of an axis but the first, or at its lower end.
-                (true, [place @ (0 | 1)], depth)
-                    if minor >= 4 && axis > 0 && u16::from(depth) == *place =>
-                {
+                (true, [place @ (0 | 1)], depth) if axis > 0 && u16::from(depth) == *place => {
                     Some(Axis::point(depth.into(), *place))
                 }
-                (true, ..) => Axis::new(depth.into(), knots, bends.unwrap_or(implied)),
+                (true, ..) => Axis::new(depth.into(), knots, bends),
                 (false, ..) => None,
             };
             let axis = axis.ok_or(self.invalid("knots of an axis"))?;
-            if bends.is_some_and(|bends| bends != axis.has_kink()) {
+            if bends != axis.has_kink() {
                 return Err(self.invalid("kink of an axis"));
             }
             axes.push(axis);
@@ -279,7 +280,6 @@ impl Reader<'_> {
         let axes = <[Axis; 4]>::try_from(axes).map_err(|_| self.invalid("axes"))?;
         Ok(GridHeader {
             coordinates,
-            encoding,
             content,
             has_runs: flags & 1 == 1,
             scale,

@@ -5,14 +5,11 @@ mod header;
 mod read;
 mod write;
 
-use super::Grid;
 use super::grid::PADDING;
 use crate::chart::{Chart, Coordinates, Rim};
 
-/// Major version of the format: readers refuse what they do not know.
-pub const MAJOR: u16 = 2;
-/// Minor version of the format.
-pub const MINOR: u16 = 5;
+/// Version of the format: readers refuse others.
+pub const VERSION: u32 = 3;
 /// The most memory that samples and metadata of one file may take, whatever its header says.
 pub const MAX_DECODED_BYTES: u64 = 256 << 20;
 
@@ -21,11 +18,9 @@ const MAGIC: [u8; 8] = *b"\x89SATEEN\n";
 const ALIGNMENT: usize = 64;
 /// Where the checksummed part of the header begins.
 const CHECKED_FROM: usize = 20;
-/// The minor version of files whose samples are looked up where they are: …
-const MAPPED_MINOR: u16 = 5;
-/// … so many zeros follow the last chunk, so that its last rows can be read whole, too.
+/// So many zeros follow the last chunk: the last tiles can be read whole where they are, too.
 const MARGIN: usize = 64;
-const _: () = assert!(MARGIN >= PADDING * size_of::<f32>());
+const _: () = assert!(MARGIN >= PADDING * size_of::<i16>());
 
 /// What grids may be functions of: the first four are those of a straight thread's segments, which always look the same from
 /// both sides, the first nine those of any response, and all those of a projection.
@@ -69,25 +64,5 @@ fn code_of(coordinates: Coordinates) -> [u8; 2] {
         }
         Coordinates::Isotropic => [2, 0],
         Coordinates::View { isotropic } => [3, u8::from(isotropic)],
-    }
-}
-
-/// The axes that bend at the knot ½ in tables before minor version 3, which do not say so.
-fn implied_kinks(coordinates: Coordinates) -> [bool; 4] {
-    match coordinates {
-        Coordinates::Thread { sides_fold, .. } => [true, false, true, !sides_fold],
-        Coordinates::Isotropic => [true, false, false, false],
-        Coordinates::View { .. } => [false; 4],
-    }
-}
-
-impl Grid {
-    /// Whether its axes bend where those of tables before minor version 3 do.
-    pub(super) fn has_implied_kinks(&self) -> bool {
-        let implied = implied_kinks(self.coordinates);
-        self.axes
-            .iter()
-            .zip(implied)
-            .all(|(axis, implied)| axis.has_kink() == (implied && axis.has_middle()))
     }
 }

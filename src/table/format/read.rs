@@ -6,15 +6,13 @@
 use alloc::sync::Arc;
 use alloc::{string::String, vec::Vec};
 
-use super::coding::{Chunk, Codec, RUN_WORDS, Words, checksum, decode};
+use super::coding::{Chunk, Codec, RUN_WORDS, Words, checksum, decode, tile_words};
 use super::header::{GridHeader, MAX_THREADS, Reader};
-use super::{
-    ALIGNMENT, CHECKED_FROM, MAGIC, MAJOR, MAPPED_MINOR, MARGIN, MAX_DECODED_BYTES, MINOR,
-};
+use super::{ALIGNMENT, CHECKED_FROM, MAGIC, MARGIN, MAX_DECODED_BYTES, VERSION};
 use crate::brdf::{Reweighting, limits};
-use crate::table::numbers::{self, Lender, Plain};
+use crate::table::numbers::{self, Lender, Numbers};
 use crate::table::rows::Run;
-use crate::table::{Encoding, Error, Grid, Grids, Numbers, Rows, Samples, Table, ThreadTable};
+use crate::table::{Error, Grid, Grids, Rows, Table, ThreadTable, tiles_of};
 
 /// The most bytes of metadata: twice a fabric's text, whose line breaks and quotes are escaped in it, and what else there
 /// is to say.
@@ -65,7 +63,7 @@ impl Table {
 
     fn from_file(file: &File<'_>) -> Result<Self, Error> {
         let bytes = file.bytes;
-        let (header, minor) = header_of(bytes)?;
+        let header = header_of(bytes)?;
         let mut reader = Reader {
             bytes: header,
             offset: CHECKED_FROM,
@@ -81,10 +79,7 @@ impl Table {
         if !limits::SIGMA_U.contains(&f64::from(sigma_u)) {
             return Err(reader.invalid("width of u"));
         }
-        let rho_scale = match minor {
-            0 => 1.0,
-            _ => reader.f32()?,
-        };
+        let rho_scale = reader.f32()?;
         // Rounded to an f32, the ends may be a little beyond.
         if !(0.99 * limits::RHO_SCALE.start()..=*limits::RHO_SCALE.end())
             .contains(&f64::from(rho_scale))
@@ -94,7 +89,7 @@ impl Table {
         let thread_count = reader.count("number of threads", 0..=MAX_THREADS)?;
         let mut threads = Vec::new();
         for _ in 0..thread_count {
-            threads.push(reader.thread(minor)?);
+            threads.push(reader.thread()?);
         }
         let grid_chunks: usize = threads.iter().map(|(_, grids)| grids.chunks()).sum();
         if chunk_count as usize != grid_chunks + 1 {
@@ -109,8 +104,7 @@ impl Table {
             chunks.push(reader.chunk()?);
         }
         reader.zero(header.len() - reader.offset)?;
-        let margin = if minor == MAPPED_MINOR { MARGIN } else { 0 };
-        check_layout(bytes, header.len(), &chunks, margin)?;
+        check_layout(bytes, header.len(), &chunks)?;
 
         let mut grid_chunks = chunks.iter();
         let metadata_chunk = grid_chunks
@@ -140,12 +134,6 @@ impl Table {
         let gap = (1.0 - coverage).max(0.0) as f32;
         let mut table = Self::new(loaded, gap, sigma_u, rho_scale, reweighting);
         table.metadata = metadata;
-        if minor != MAPPED_MINOR && table.format() != (MAJOR, minor) {
-            return Err(Error::Invalid {
-                what: "minor version",
-                offset: 10,
-            });
-        }
         Ok(table)
     }
 }
@@ -165,7 +153,7 @@ struct File<'a> {
 
 impl File<'_> {
     /// A chunk's numbers where they are, if they can be.
-    fn lend<T: Plain>(&self, chunk: &Chunk, count: usize) -> Option<Numbers<T>> {
+    fn lend(&self, chunk: &Chunk, count: usize) -> Option<Numbers> {
         let lender = self
             .lender
             .as_ref()
@@ -179,8 +167,8 @@ impl File<'_> {
     }
 }
 
-/// The header's bytes, complete and unchanged, and the minor version.
-fn header_of(bytes: &[u8]) -> Result<(&[u8], u16), Error> {
+/// The header's bytes, complete and unchanged.
+fn header_of(bytes: &[u8]) -> Result<&[u8], Error> {
     let magic = &bytes[..bytes.len().min(MAGIC.len())];
     if magic.is_empty() || magic != &MAGIC[..magic.len()] {
         return Err(Error::NotATable);
@@ -194,9 +182,9 @@ fn header_of(bytes: &[u8]) -> Result<(&[u8], u16), Error> {
         bytes: start,
         offset: MAGIC.len(),
     };
-    let (major, minor) = (reader.u16()?, reader.u16()?);
-    if major != MAJOR || minor > MINOR {
-        return Err(Error::Version { major, minor });
+    let version = reader.u32()?;
+    if version != VERSION {
+        return Err(Error::Version { version });
     }
     let length = reader.u32()? as usize;
     if !(ALIGNMENT..=MAX_HEADER_BYTES).contains(&length) || !length.is_multiple_of(ALIGNMENT) {
@@ -210,16 +198,11 @@ fn header_of(bytes: &[u8]) -> Result<(&[u8], u16), Error> {
     if checksum(&header[CHECKED_FROM..]) != crc {
         return Err(Error::Checksum { part: "header" });
     }
-    Ok((header, minor))
+    Ok(header)
 }
 
 /// Chunks follow the header and each other, each at the next aligned offset, then so many zeros, and nothing follows them.
-fn check_layout(
-    bytes: &[u8],
-    header_length: usize,
-    chunks: &[Chunk],
-    margin: usize,
-) -> Result<(), Error> {
+fn check_layout(bytes: &[u8], header_length: usize, chunks: &[Chunk]) -> Result<(), Error> {
     let not_zero = |offset: usize| Error::Invalid {
         what: "padding is not zero",
         offset,
@@ -245,11 +228,11 @@ fn check_layout(
             });
         }
     }
-    let (expected, found) = (end as u64 + margin as u64, bytes.len() as u64);
+    let (expected, found) = (end as u64 + MARGIN as u64, bytes.len() as u64);
     if found < expected {
         return Err(Error::Truncated { expected, found });
     }
-    if bytes[end..].iter().take(margin).any(|byte| *byte != 0) {
+    if bytes[end..].iter().take(MARGIN).any(|byte| *byte != 0) {
         return Err(not_zero(end));
     }
     if found > expected {
@@ -297,91 +280,62 @@ impl<G> Grids<G> {
 impl GridHeader {
     fn load(self, file: &File<'_>, chunk: &Chunk, runs: Option<&Chunk>) -> Result<Grid, Error> {
         let bytes = file.bytes;
-        let (word, channels) = (self.encoding.bytes(), self.content.channels());
         let runs = match runs {
             Some(chunk) => Some((self.load_runs(bytes, chunk)?, chunk.offset)),
             None => None,
         };
         let coefficients = match &runs {
             Some((runs, _)) => runs.iter().map(|run| u64::from(run.count)).sum(),
-            // At most 1025⁴, and with channels and bytes 2⁴³.
-            None => self
-                .axes
-                .iter()
-                .map(|axis| axis.len() as u64)
-                .product::<u64>(),
+            // At most 1026⁴/2, and with rows, channels and bytes 2⁴³.
+            None => self.tiles() * self.axes[0].len() as u64,
         };
-        let expected = coefficients * (channels * word) as u64;
+        let expected = 2 * Grid::numbers_of(self.content, coefficients);
         if expected > MAX_DECODED_BYTES {
             return Err(Error::TooLarge { bytes: expected });
         }
         if expected != chunk.decoded_bytes as u64 {
             return Err(Error::Invalid {
-                what: "size of samples",
+                what: "size of tiles",
                 offset: chunk.offset,
             });
         }
         let rows = match runs {
-            Some((runs, offset)) => Some(Rows::new(&runs, &self.axes, channels).ok_or(
-                Error::Invalid {
+            Some((runs, offset)) => Some(
+                Rows::new(&runs, &self.axes, self.content.channels()).ok_or(Error::Invalid {
                     what: "runs of coefficients",
                     offset,
-                },
-            )?),
+                })?,
+            ),
             None => None,
         };
-        let words = Words::Of {
-            bytes: word,
-            before: channels,
-        };
-        let decoded = decode(bytes, chunk, words, "samples")?;
-        let samples = match self.encoding {
-            Encoding::F32 | Encoding::SqrtF32 => {
-                Samples::F32(numbers_of(file, chunk, &decoded, f32::from_le_bytes))
-            }
-            Encoding::I16 | Encoding::SqrtI16 => {
-                Samples::I16(numbers_of(file, chunk, &decoded, i16::from_le_bytes))
-            }
-            Encoding::SqrtI8 => Samples::I8(numbers_of(file, chunk, &decoded, i8::from_le_bytes)),
-        };
-        if let Samples::F32(samples) = &samples
-            && !samples.stored().iter().all(|x| (-1.0..=1.0).contains(x))
-        {
-            return Err(Error::Invalid {
-                what: "a sample is not within ±1",
-                offset: chunk.offset,
-            });
-        }
-        let Self {
-            coordinates,
-            encoding,
-            content,
-            has_runs: _,
-            scale,
-            axes,
-        } = self;
+        let decoded = decode(bytes, chunk, tile_words(self.content), "tiles")?;
+        let number = |[low, high]: &[u8; 2]| i16::from_le_bytes([*low, *high]);
+        let copied = || numbers::own(decoded.as_chunks().0.iter().map(number));
+        let lent = file.lend(chunk, decoded.len() / 2);
         Ok(Grid {
-            coordinates,
-            axes,
-            encoding,
-            content,
-            scale,
+            coordinates: self.coordinates,
+            content: self.content,
+            scale: self.scale,
             rows,
-            samples,
+            tiles: lent.unwrap_or_else(copied),
+            axes: self.axes,
         })
     }
 
+    /// How many tiles there are, with all coefficients or not.
+    fn tiles(&self) -> u64 {
+        let [_, n1, n2, n3] = self.axes.each_ref().map(|axis| axis.len() as u64);
+        tiles_of(n1 as usize) as u64 * n2 * n3
+    }
+
     fn load_runs(&self, bytes: &[u8], chunk: &Chunk) -> Result<Vec<Run>, Error> {
-        let rows: u64 = self.axes[1..]
-            .iter()
-            .map(|axis| axis.len() as u64)
-            .product();
-        if rows > MAX_ROWS {
+        let tiles = self.tiles();
+        if tiles > MAX_TILES {
             return Err(Error::TooLarge {
-                bytes: rows.saturating_mul(RUN_BYTES),
+                bytes: tiles.saturating_mul(RUN_BYTES),
             });
         }
-        if rows * RUN_BYTES != chunk.decoded_bytes as u64 {
+        if tiles * RUN_BYTES != chunk.decoded_bytes as u64 {
             return Err(Error::Invalid {
                 what: "size of runs",
                 offset: chunk.offset,
@@ -397,20 +351,8 @@ impl GridHeader {
     }
 }
 
-/// The most rows of a grid that has not all coefficients: what finds them takes some 60 bytes a row while it is made, which a file of a
+/// The most tiles of a grid that has not all coefficients: what finds them takes some 60 bytes a tile while it is made, which a file of a
 /// few bytes could ask for.
-const MAX_ROWS: u64 = 1 << 22;
+const MAX_TILES: u64 = 1 << 21;
 /// A run in a file: two u16.
 const RUN_BYTES: u64 = 4;
-
-/// The little-endian numbers of a chunk that has these bytes, where they are or copied.
-fn numbers_of<T: Plain, const N: usize>(
-    file: &File<'_>,
-    chunk: &Chunk,
-    decoded: &[u8],
-    of: impl Fn([u8; N]) -> T,
-) -> Numbers<T> {
-    let copied = || numbers::own(decoded.as_chunks().0.iter().map(|word| of(*word)));
-    let lent = file.lend(chunk, decoded.len() / N);
-    lent.unwrap_or_else(copied)
-}

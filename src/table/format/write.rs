@@ -7,12 +7,11 @@ use rayon::prelude::*;
 
 #[cfg(feature = "zstd")]
 use super::coding::compress;
-use super::coding::{Codec, RUN_WORDS, Words, checksum};
-use super::{ALIGNMENT, CHECKED_FROM, MAGIC, MAJOR, MAPPED_MINOR, MARGIN, code_of};
+use super::coding::{Codec, RUN_WORDS, Words, checksum, tile_words};
+use super::{ALIGNMENT, CHECKED_FROM, MAGIC, MARGIN, VERSION, code_of};
 use crate::brdf::Reweighting;
 use crate::table::{
-    Content, Encoding, Error, Grid, Numbers, Rows, Samples, Segments, Table, ThreadParameters,
-    ThreadTable,
+    Content, Error, Grid, Rows, SegmentGrid, Segments, Table, ThreadParameters, ThreadTable,
 };
 
 /// How a chunk is stored that has these bytes.
@@ -21,7 +20,7 @@ type Code = fn(Vec<u8>, Words) -> Result<(Codec, Vec<u8>), Error>;
 /// What a chunk is of.
 enum Part<'a> {
     Metadata(&'a str),
-    Samples(&'a Grid),
+    Tiles(&'a Grid),
     Runs(&'a Grid, &'a Rows),
 }
 
@@ -37,12 +36,10 @@ impl Part<'_> {
     fn packed(&self, code: Code) -> Result<Packed, Error> {
         let (bytes, words) = match self {
             Self::Metadata(text) => (text.as_bytes().to_vec(), Words::None),
-            Self::Samples(grid) => {
-                let words = Words::Of {
-                    bytes: grid.encoding.bytes(),
-                    before: grid.content.channels(),
-                };
-                (sample_bytes(&grid.samples), words)
+            Self::Tiles(grid) => {
+                let numbers = grid.tiles.stored().iter();
+                let bytes = numbers.flat_map(|x| x.to_le_bytes()).collect();
+                (bytes, tile_words(grid.content))
             }
             Self::Runs(grid, rows) => {
                 let runs = rows.runs(&grid.axes);
@@ -67,24 +64,19 @@ impl Table {
     /// When zstd runs out of memory.
     #[cfg(feature = "zstd")]
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
-        self.to_file(self.format().1, compress)
+        self.to_file(compress)
     }
 
-    /// The table as a file that is not compressed, format 2.5: [`Table::from_static`] looks up its samples where they
-    /// are, and it needs no zstd.
+    /// The table as a file that is not compressed: [`Table::from_static`] looks its tiles up where they are, and it needs no zstd.
     pub fn to_mappable_bytes(&self) -> Vec<u8> {
         let store: Code = |bytes, _| Ok((Codec::Stored, bytes));
-        let mut bytes = self
-            .to_file(MAPPED_MINOR, store)
-            .expect("storing cannot fail");
-        bytes.extend([0; MARGIN]);
-        bytes
+        self.to_file(store).expect("storing cannot fail")
     }
 
-    fn to_file(&self, minor: u16, code: Code) -> Result<Vec<u8>, Error> {
+    fn to_file(&self, code: Code) -> Result<Vec<u8>, Error> {
         let mut parts = vec![Part::Metadata(&self.metadata)];
         for grid in self.threads.iter().flat_map(ThreadTable::grids) {
-            parts.push(Part::Samples(grid));
+            parts.push(Part::Tiles(grid));
             parts.extend(grid.rows.iter().map(|rows| Part::Runs(grid, rows)));
         }
         // Side by side where there are workers.
@@ -101,12 +93,10 @@ impl Table {
         body.push(u8::from(self.reweighting == Reweighting::Both));
         body.extend([0; 3]);
         body.extend(self.sigma_u.to_le_bytes());
-        if minor > 0 {
-            body.extend(self.rho_scale.to_le_bytes());
-        }
+        body.extend(self.rho_scale.to_le_bytes());
         put_u32(&mut body, self.threads.len());
         for thread in &self.threads {
-            put_thread(&mut body, thread, minor);
+            put_thread(&mut body, thread);
         }
         const CHUNK_ENTRY: usize = 32;
         let header_length =
@@ -123,10 +113,9 @@ impl Table {
         }
         body.resize(header_length - CHECKED_FROM, 0);
 
-        let mut bytes = Vec::with_capacity(end);
+        let mut bytes = Vec::with_capacity(end + MARGIN);
         bytes.extend(MAGIC);
-        bytes.extend(MAJOR.to_le_bytes());
-        bytes.extend(minor.to_le_bytes());
+        bytes.extend(VERSION.to_le_bytes());
         put_u32(&mut bytes, header_length);
         bytes.extend(checksum(&body).to_le_bytes());
         bytes.extend(body);
@@ -134,20 +123,9 @@ impl Table {
             bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
             bytes.extend(chunk.stored);
         }
+        bytes.extend([0; MARGIN]);
         Ok(bytes)
     }
-}
-
-fn sample_bytes(samples: &Samples) -> Vec<u8> {
-    match samples {
-        Samples::F32(samples) => bytes_of(samples, |x| x.to_le_bytes()),
-        Samples::I16(samples) => bytes_of(samples, |x| x.to_le_bytes()),
-        Samples::I8(samples) => bytes_of(samples, |x| x.to_le_bytes()),
-    }
-}
-
-fn bytes_of<T, const N: usize>(samples: &Numbers<T>, of: impl Fn(&T) -> [u8; N]) -> Vec<u8> {
-    samples.stored().iter().flat_map(of).collect()
 }
 
 fn put_u32(out: &mut Vec<u8>, x: usize) {
@@ -159,7 +137,7 @@ fn put_f64(out: &mut Vec<u8>, x: f64) {
     out.extend(x.to_le_bytes());
 }
 
-fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable, minor: u16) {
+fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable) {
     let ThreadParameters {
         name,
         direction,
@@ -194,33 +172,38 @@ fn put_thread(out: &mut Vec<u8>, thread: &ThreadTable, minor: u16) {
     match &thread.segments {
         Segments::None => put_u32(out, 0),
         Segments::Grid(grid) => {
-            put_u32(out, 1);
-            put_grid(out, grid, minor);
+            let SegmentGrid { grid, rim } = &**grid;
+            if rim.is_some() {
+                put_u32(out, 4);
+                put_u32(out, grid.coordinates.rim().hundredths().into());
+                put_nodes(out, nodes);
+            } else {
+                put_u32(out, 1);
+            }
+            put_grid(out, grid);
         }
         Segments::Curve(grids) => {
             put_u32(out, 3);
-            put_grid(out, &grids.response, minor);
-            put_grid(out, &grids.projection, minor);
+            put_grid(out, &grids.response);
+            put_grid(out, &grids.projection);
         }
         Segments::Direct(_) => {
             put_u32(out, 2);
-            put_u32(out, nodes.len());
-            for x in nodes.as_flattened() {
-                put_f64(out, *x);
-            }
+            put_nodes(out, nodes);
         }
     }
 }
 
-fn put_grid(out: &mut Vec<u8>, grid: &Grid, minor: u16) {
+fn put_nodes(out: &mut Vec<u8>, nodes: &[[f64; 2]]) {
+    put_u32(out, nodes.len());
+    for x in nodes.as_flattened() {
+        put_f64(out, *x);
+    }
+}
+
+fn put_grid(out: &mut Vec<u8>, grid: &Grid) {
     out.extend(code_of(grid.coordinates));
-    out.push(match grid.encoding {
-        Encoding::F32 => 0,
-        Encoding::I16 => 1,
-        Encoding::SqrtF32 => 2,
-        Encoding::SqrtI16 => 3,
-        Encoding::SqrtI8 => 4,
-    });
+    out.push(0);
     let content = match grid.content {
         Content::Both => 0,
         Content::Surface => 1,
@@ -234,7 +217,7 @@ fn put_grid(out: &mut Vec<u8>, grid: &Grid, minor: u16) {
     for axis in &grid.axes {
         out.extend((axis.integer_knots().len() as u16).to_le_bytes());
         out.push(axis.depth() as u8);
-        out.push(u8::from(minor >= 3 && axis.has_kink()));
+        out.push(u8::from(axis.has_kink()));
         for knot in axis.integer_knots() {
             out.extend(knot.to_le_bytes());
         }

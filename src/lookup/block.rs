@@ -1,0 +1,267 @@
+//! Some hundred pairs, thread by thread.
+
+use super::Quantity;
+use super::grid::Places;
+use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave, without_cosine};
+use crate::math::simd::{Directions, Row, Vector};
+use crate::math::{Vec3, each, splat};
+use crate::table::{Grid, SegmentGrid, Segments, Table, ThreadTable};
+
+/// Up to `N` pairs and what is known of them, a multiple of `STEP`, which is one of all vectors' lanes. What is behind the
+/// last pair is zero, or does not matter.
+pub(super) struct Block<const N: usize, const STEP: usize> {
+    pub(super) pairs: usize,
+    pub(super) wi: Vec3<[f32; N]>,
+    pub(super) wr: Vec3<[f32; N]>,
+    /// S and V of a thread's segments, or of all of it; the projection, where a grid says it; the share of its grid in these.
+    pub(super) surface: [f32; N],
+    pub(super) volume: [f32; N],
+    projection: [f32; N],
+    pub(super) share: [f32; N],
+    /// Above 0 where the table was not baked for a pair, or for the albedos.
+    missing: [f32; N],
+    /// Of the weave.
+    q: [f32; N],
+    sum: [[f32; N]; 3],
+    places: Places<STEP>,
+}
+
+impl<const N: usize, const STEP: usize> Block<N, STEP> {
+    pub(super) fn new() -> Self {
+        Self {
+            pairs: 0,
+            wi: [[0.0; N]; 3],
+            wr: [[0.0; N]; 3],
+            surface: [0.0; N],
+            volume: [0.0; N],
+            projection: [0.0; N],
+            share: [0.0; N],
+            missing: [0.0; N],
+            q: [0.0; N],
+            sum: [[0.0; N]; 3],
+            places: Places::new(),
+        }
+    }
+
+    /// Takes the first pairs of slices, at most `N`, and begins.
+    #[inline(always)]
+    pub(super) fn load(&mut self, table: &Table, wi: Directions<'_>, wr: Directions<'_>) {
+        self.pairs = wi[0].len().min(N);
+        for (to, from) in self.wi.iter_mut().zip(wi).chain(self.wr.iter_mut().zip(wr)) {
+            to[..self.pairs].copy_from_slice(&from[..self.pairs]);
+            let end = self.pairs.next_multiple_of(STEP);
+            to[self.pairs..end].fill(0.0);
+        }
+        for (q, cos) in self.q.iter_mut().zip(&self.wr[2]) {
+            *q = table.gap * cos;
+        }
+        self.sum = [[0.0; N]; 3];
+        self.missing = [0.0; N];
+    }
+
+    #[inline(always)]
+    fn wi<V: Vector>(&self, at: usize) -> Vec3<V> {
+        load(&self.wi, at)
+    }
+
+    #[inline(always)]
+    fn wr<V: Vector>(&self, at: usize) -> Vec3<V> {
+        load(&self.wr, at)
+    }
+
+    /// Which pairs are above the surface.
+    #[inline(always)]
+    fn above<V: Vector>(&self, at: usize) -> V::Mask {
+        let [cos_i, cos_r] = [V::load(&self.wi[2][at..]), V::load(&self.wr[2][at..])];
+        V::both(V::zero().lt(cos_i), V::zero().lt(cos_r))
+    }
+
+    /// Adds all threads, of which `see` sees each part.
+    #[inline(always)]
+    pub(super) fn weave<V: Vector, R: Row>(
+        &mut self,
+        table: &Table,
+        albedos: &[[f32; 3]],
+        mut see: impl FnMut(ThreadResponse<V>),
+    ) {
+        for (index, thread) in table.threads.iter().enumerate() {
+            let albedo = *albedos.get(index).unwrap_or(&thread.albedo);
+            if !thread.takes_albedo() && albedo != thread.albedo {
+                self.missing = [1.0; N];
+            }
+            match &thread.segments {
+                Segments::None | Segments::Direct(_) => {}
+                Segments::Grid(segments) => {
+                    let SegmentGrid { grid, rim } = &**segments;
+                    self.look_up::<V, R>(thread, grid);
+                    if let Some(nodes) = rim {
+                        self.blend_rim::<V>(table, thread, nodes);
+                    }
+                }
+                Segments::Curve(curve) => {
+                    self.look_up::<V, R>(thread, &curve.projection);
+                    self.projection = self.surface;
+                    self.look_up::<V, R>(thread, &curve.response);
+                }
+            }
+            let mut at = 0;
+            while at < self.pairs {
+                let part = self.of_thread::<V>(table, thread, at);
+                self.add(thread.coverage, albedo, &part, at);
+                see(part);
+                at += V::LANES;
+            }
+        }
+    }
+
+    /// S and V of a grid.
+    #[inline(always)]
+    fn look_up<V: Vector, R: Row>(&mut self, thread: &ThreadTable, grid: &Grid) {
+        let frame = thread.frame.cast::<V>();
+        let rim = grid.coordinates.rim();
+        let mut from = 0;
+        while from < self.pairs {
+            let pairs = STEP.min(self.pairs - from);
+            let mut at = 0;
+            while at < pairs {
+                let wi = frame.to_thread(self.wi(from + at));
+                let wr = frame.to_thread(self.wr(from + at));
+                let u = grid.coordinates.of(wi, wr);
+                let mut missing = self.places.find(grid, at, u);
+                if !rim.is_none() {
+                    let share = grid.coordinates.share_of_box(wi, wr);
+                    share.store(&mut self.share[from + at..]);
+                    missing = V::select(V::zero().lt(share), missing, V::zero());
+                }
+                if grid.is_partial() {
+                    let before = V::load(&self.missing[from + at..]);
+                    (before + missing).store(&mut self.missing[from + at..]);
+                }
+                at += V::LANES;
+            }
+            self.places.sum::<R>(grid, pairs);
+            at = 0;
+            while at < pairs {
+                let response = self.places.response::<V>(grid, at);
+                response.surface.store(&mut self.surface[from + at..]);
+                response.volume.store(&mut self.volume[from + at..]);
+                at += V::LANES;
+            }
+            from += STEP;
+        }
+    }
+
+    /// All of a thread's part, from what its grids say on.
+    #[inline(always)]
+    fn of_thread<V: Vector>(
+        &self,
+        table: &Table,
+        thread: &ThreadTable,
+        at: usize,
+    ) -> ThreadResponse<V> {
+        let above = self.above::<V>(at);
+        let frame = thread.frame.cast::<V>();
+        let (wi, wr) = (frame.to_thread(self.wi(at)), frame.to_thread(self.wr(at)));
+        let tangents = &thread.tangents;
+        let mut response = match thread.segments {
+            Segments::None | Segments::Direct(_) => Response::zero(),
+            Segments::Grid(_) | Segments::Curve(_) => Response {
+                surface: V::load(&self.surface[at..]),
+                volume: V::load(&self.volume[at..]),
+            },
+        };
+        let both = table.reweighting == Reweighting::Both;
+        let has_tilts = !tangents.tilts().is_empty();
+        let mut projection = V::zero();
+        if let Segments::Curve(_) = thread.segments {
+            projection = V::load(&self.projection[at..]);
+        } else if both || has_tilts || matches!(thread.segments, Segments::Direct(_)) {
+            let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
+            let optics = thread.optics.cast::<V>();
+            if let Segments::Direct(nodes) = &thread.segments {
+                response = nodes.mean_response(&pair, &optics);
+            }
+            if has_tilts {
+                response = response.plus(V::one(), tangents.response_of_tilts(&pair, &optics));
+            }
+            if both {
+                projection = tangents.joint_projection(&pair);
+            }
+        }
+        if !both && !matches!(thread.segments, Segments::Curve(_)) {
+            projection = tangents.projection(wr);
+        }
+        ThreadResponse {
+            response: Response {
+                surface: where_is(above, response.surface),
+                volume: where_is(above, response.volume),
+            },
+            projection: where_is(above, projection),
+        }
+    }
+
+    #[inline(always)]
+    fn add<V: Vector>(
+        &mut self,
+        coverage: f32,
+        albedo: [f32; 3],
+        part: &ThreadResponse<V>,
+        at: usize,
+    ) {
+        let mut weave = self.woven(V::one(), at);
+        weave.add(splat(coverage), each(albedo, splat), part);
+        weave.q.store(&mut self.q[at..]);
+        for (to, sum) in self.sum.iter_mut().zip(weave.sum) {
+            sum.store(&mut to[at..]);
+        }
+    }
+
+    #[inline(always)]
+    fn woven<V: Vector>(&self, scale: V, at: usize) -> Weave<V> {
+        Weave {
+            q: V::load(&self.q[at..]),
+            scale,
+            sum: load(&self.sum, at),
+        }
+    }
+
+    /// ρ of pairs from `at` on; and Q.
+    #[inline(always)]
+    pub(super) fn rho<V: Vector>(&self, table: &Table, at: usize) -> (Vec3<V>, V) {
+        let above = self.above::<V>(at);
+        let weave = self.woven(splat(table.rho_scale), at);
+        let [r, g, b] = weave.rho();
+        (
+            [where_is(above, r), where_is(above, g), where_is(above, b)],
+            where_is(above, weave.q),
+        )
+    }
+
+    /// ρ or the BRDF of pairs from `at` on.
+    #[inline(always)]
+    pub(super) fn value<V: Vector>(&self, table: &Table, quantity: Quantity, at: usize) -> Vec3<V> {
+        let (rho, _) = self.rho::<V>(table, at);
+        match quantity {
+            Quantity::Brdf => without_cosine(rho, V::load(&self.wi[2][at..])),
+            Quantity::Rho => rho,
+        }
+    }
+
+    /// Above 0 for pairs from `at` on, above the surface, that the table was not baked for.
+    #[inline(always)]
+    pub(super) fn missing<V: Vector>(&self, at: usize) -> V {
+        let missing = V::load(&self.missing[at..]);
+        where_is(self.above::<V>(at), missing)
+    }
+}
+
+#[inline(always)]
+fn load<V: Vector, const N: usize>([x, y, z]: &Vec3<[f32; N]>, at: usize) -> Vec3<V> {
+    [V::load(&x[at..]), V::load(&y[at..]), V::load(&z[at..])]
+}
+
+/// A number where a mask is, else 0.
+#[inline(always)]
+fn where_is<V: Vector>(mask: V::Mask, x: V) -> V {
+    V::select(mask, x, V::zero())
+}
