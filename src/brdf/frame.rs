@@ -60,6 +60,7 @@ impl ThreadFrame<f32> {
 
 impl<R: Real> ThreadFrame<R> {
     /// The same frame in another precision, or in every lane.
+    #[inline(always)]
     pub fn cast<T: Lanes>(&self) -> ThreadFrame<T> {
         ThreadFrame {
             cos: T::of(self.cos.to_double()),

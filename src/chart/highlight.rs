@@ -26,11 +26,17 @@ use crate::math::{Lanes, Real, Vec3, norm2, root};
 /// Pair to box, and −1 where the pair was mirrored s → −s for it, else 1; see [`super::Chart::coordinates`].
 #[inline(always)]
 pub(crate) fn coordinates<R: Lanes>(rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+    let angles = Angles::of(wi, wr);
+    let [u1, u2, u3] = shared_coordinates(rim.end(), &angles);
+    ([first(wi, wr), u1, u2, u3], angles.side)
+}
+
+/// u₀.
+#[inline(always)]
+pub(super) fn first<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> R {
     let (h_t, h_n) = (wi[0] + wr[0], wi[2] + wr[2]);
     let psi = (h_t / (norm2(h_t, h_n) + h_n).max(R::of(TINY))).twice_atan();
-    let angles = Angles::of(wi, wr);
-    let [u1, u2, u3] = shared_coordinates(rim, &angles);
-    ([of_quarters(psi), u1, u2, u3], angles.side)
+    of_quarters(psi)
 }
 
 /// Box to pair; see [`super::Chart::directions`].

@@ -34,11 +34,13 @@ mod coordinates;
 pub(crate) mod highlight;
 pub(crate) mod isotropic;
 mod rim;
+mod several;
 pub(crate) mod thesis;
 pub(crate) mod view;
 
 pub use coordinates::Coordinates;
 pub use rim::{Rim, height};
+pub(crate) use several::Several;
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -172,12 +174,12 @@ fn of_quarters<R: Lanes>(angle: R) -> R {
     within(angle.mul_add(R::of(0.5 / FRAC_PI_2), R::of(0.5)))
 }
 
-/// The shared coordinates u₁, u₂, u₃.
+/// The shared coordinates u₁, u₂, u₃ in a box that ends at an azimuth, which comes with what is over it.
 #[inline(always)]
-fn shared_coordinates<R: Lanes>(rim: Rim, angles: &Angles<R>) -> [R; 3] {
-    let half = R::of(0.5);
+fn shared_coordinates<R: Lanes>([azimuth, over]: [R; 2], angles: &Angles<R>) -> [R; 3] {
+    let (half, two) = (R::of(0.5), R::of(2.0));
     let range_1 = (R::of(FRAC_PI_2) - angles.theta_h.abs()).max(R::of(NARROW));
-    let range_2 = (R::of(2.0 * rim.azimuth()) - R::of(2.0) * angles.phi_h).max(R::of(NARROW));
+    let range_2 = (two * (azimuth - angles.phi_h)).max(R::of(NARROW));
     let [u1, u2] = quotients(
         [half * angles.theta_d, half * angles.phi_d],
         [range_1, range_2],
@@ -185,7 +187,7 @@ fn shared_coordinates<R: Lanes>(rim: Rim, angles: &Angles<R>) -> [R; 3] {
     [
         within(half + u1),
         within(half + u2),
-        (angles.phi_h * R::of(1.0 / rim.azimuth())).min(R::one()),
+        (angles.phi_h * over).min(R::one()),
     ]
 }
 

@@ -44,6 +44,12 @@ impl Rim {
         FRAC_PI_2 - 0.01 * f64::from(self.0)
     }
 
+    /// The same, and what is over it.
+    #[inline(always)]
+    pub(super) fn end<R: Lanes>(self) -> [R; 2] {
+        [R::of(self.azimuth()), R::of(1.0 / self.azimuth())]
+    }
+
     /// The share of the box in the value of a pair at a [`height`]: 0 beyond it, 1 from the band on. All is the box's where there is no
     /// rim.
     #[inline(always)]
@@ -51,10 +57,17 @@ impl Rim {
         if self.is_none() {
             return R::one();
         }
-        // The sine of a hundredth is one, to 4 digits at the widest; the box has to go on to where it counts.
-        let from = 0.01 * f64::from(self.0);
-        let over = R::of(1.0 / Self::BAND);
-        let share = height.mul_add(over, R::of(-from / Self::BAND));
+        Self::share_from(R::of(self.height()), height)
+    }
+
+    /// The height of the end of the box, or a little more: it has to go on to where it counts.
+    pub(super) fn height(self) -> f64 {
+        0.01 * f64::from(self.0)
+    }
+
+    #[inline(always)]
+    pub(super) fn share_from<R: Lanes>(from: R, height: R) -> R {
+        let share = (height - from) * R::of(1.0 / Self::BAND);
         share.max(R::zero()).min(R::one())
     }
 }

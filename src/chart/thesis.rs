@@ -16,8 +16,14 @@ use crate::math::{Lanes, Real, Vec3};
 #[inline(always)]
 pub(crate) fn coordinates<R: Lanes>(rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
     let angles = Angles::of(wi, wr);
-    let [u1, u2, u3] = shared_coordinates(rim, &angles);
-    ([of_quarters(angles.theta_h), u1, u2, u3], angles.side)
+    let [u1, u2, u3] = shared_coordinates(rim.end(), &angles);
+    ([first(&angles), u1, u2, u3], angles.side)
+}
+
+/// u₀.
+#[inline(always)]
+pub(super) fn first<R: Lanes>(angles: &Angles<R>) -> R {
+    of_quarters(angles.theta_h)
 }
 
 /// Box to pair; see [`super::Chart::directions`].

@@ -52,9 +52,20 @@ impl<const STEP: usize> Places<STEP> {
             a3.place(u[3]),
         ];
         let missing = if grid.is_partial() {
-            let (settled, missing) = settle::<V>(grid, u, &places);
-            places = settled;
-            missing
+            let mut first = [[0; LANES]; 4];
+            let mut points = [[0.0; LANES]; 4];
+            for axis in 0..4 {
+                V::store_index(places[axis].first, &mut first[axis]);
+                u[axis].store(&mut points[axis]);
+            }
+            let missing = settle(grid, &first, &mut points, V::LANES);
+            places = [
+                a0.place(V::load(&points[0])),
+                a1.place(V::load(&points[1])),
+                a2.place(V::load(&points[2])),
+                a3.place(V::load(&points[3])),
+            ];
+            V::load(&missing)
         } else {
             V::zero()
         };
@@ -188,18 +199,17 @@ fn integers_of_rows<V: Vector>(place: &Place<V>) -> [V::Index; 2] {
 /// How far a pair may be from the place that an axis has collapsed to: some roundings.
 const COLLAPSED: f32 = 1e-6;
 
-/// Places of pairs that were not baked moved to the nearest that were; 1 in their lanes, else 0. (Not inlined, since it is no part of what
-/// most tables take, and has nothing to gain from wide vectors.)
+/// Moves points of pairs that were not baked, of so many lanes, to the nearest that were; 1 in their lanes, else 0. (Not inlined, since it is no
+/// part of what most tables take, and has nothing to gain from wide vectors.)
 #[inline(never)]
-fn settle<V: Vector>(grid: &Grid, u: [V; 4], places: &[Place<V>; 4]) -> ([Place<V>; 4], V) {
-    let mut first = [[0; LANES]; 4];
-    let mut points = [[0.0; LANES]; 4];
-    for axis in 0..4 {
-        V::store_index(places[axis].first, &mut first[axis]);
-        u[axis].store(&mut points[axis]);
-    }
+fn settle(
+    grid: &Grid,
+    first: &[[u32; LANES]; 4],
+    points: &mut [[f32; LANES]; 4],
+    lanes: usize,
+) -> [f32; LANES] {
     let mut missing = [0.0; LANES];
-    for lane in 0..V::LANES {
+    for lane in 0..lanes {
         let point = [0, 1, 2, 3].map(|axis: usize| points[axis][lane]);
         let here = [0, 1, 2, 3].map(|axis: usize| first[axis][lane]);
         let beside = |axis: usize| {
@@ -219,8 +229,7 @@ fn settle<V: Vector>(grid: &Grid, u: [V; 4], places: &[Place<V>; 4]) -> ([Place<
         }
         missing[lane] = if is_missing { 1.0 } else { 0.0 };
     }
-    let place = |axis: usize| grid.axes[axis].place(V::load(&points[axis]));
-    ([place(0), place(1), place(2), place(3)], V::load(&missing))
+    missing
 }
 
 /// Where tiles are.
