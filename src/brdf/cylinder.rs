@@ -66,7 +66,20 @@ impl<R: Real> Optics<R> {
     }
 }
 
-#[cfg(feature = "shader")]
+impl<R: Lanes> Optics<R> {
+    /// Those with these numbers.
+    #[inline(always)]
+    pub(crate) fn of_numbers([contrast, k_d, gamma_s, gamma_v]: [R; 4]) -> Self {
+        Self {
+            eta: (R::one() + contrast).sqrt(),
+            contrast,
+            k_d,
+            gamma_s,
+            gamma_v,
+        }
+    }
+}
+
 impl Optics<f32> {
     /// η² − 1, k_d, γ_s and γ_v.
     pub(crate) fn numbers(&self) -> [f32; 4] {

@@ -50,7 +50,14 @@ impl<R: Lanes> ThreadFrame<R> {
     }
 }
 
-#[cfg(feature = "shader")]
+impl<R: Lanes> ThreadFrame<R> {
+    /// That with these cosines and sines.
+    #[inline(always)]
+    pub(crate) fn of_numbers([cos, sin]: [R; 2]) -> Self {
+        Self { cos, sin }
+    }
+}
+
 impl ThreadFrame<f32> {
     /// cos α and sin α.
     pub(crate) fn numbers(&self) -> [f32; 2] {

@@ -22,5 +22,6 @@ pub use cylinder::{ThreadPair, fresnel};
 pub use frame::ThreadFrame;
 pub(crate) use placed::PlacedNodes;
 pub use tangent::{Reweighting, Segment, TangentCurve, Tilt};
+pub(crate) use tangent::{projection_of_arcs, projection_of_tilts};
 pub use weave::{Components, ThreadResponse};
 pub(crate) use weave::{Weave, without_cosine};

@@ -43,7 +43,12 @@ impl<L: Lanes> Psi<L> {
     /// ψ + δ.
     #[inline(always)]
     pub(super) fn turned<R: Real>(self, [cos, sin]: [R; 2]) -> Self {
-        let (cos, sin) = (splat::<R, L>(cos), splat::<R, L>(sin));
+        self.turned_in_lanes([splat::<R, L>(cos), splat::<R, L>(sin)])
+    }
+
+    /// ψ + δ.
+    #[inline(always)]
+    pub(super) fn turned_in_lanes(self, [cos, sin]: [L; 2]) -> Self {
         Self {
             sin: self.sin * cos + self.cos * sin,
             cos: self.facing(cos, sin),
@@ -105,7 +110,6 @@ impl<R: Real> Arc<R> {
     }
 
     /// cos and sin of the ends, the tangent of half the width and the density.
-    #[cfg(feature = "shader")]
     pub(super) fn numbers(&self) -> [R; 6] {
         let ([a, b], [c, d]) = (self.from, self.to);
         [a, b, c, d, self.half_tangent, self.density]
@@ -116,10 +120,41 @@ impl<R: Real> Arc<R> {
     /// For arcs up to 90° wide.
     #[inline(always)]
     pub(super) fn projection<L: Lanes>(&self, psi: Psi<L>) -> L {
-        let (a, b) = (psi.turned(self.from), psi.turned(self.to));
+        self.splat::<L>().projection_in_lanes(psi)
+    }
+
+    /// The same arc in every lane.
+    #[inline(always)]
+    pub(super) fn splat<L: Lanes>(&self) -> Arc<L> {
+        let ([a, b], [c, d]) = (self.from, self.to);
+        Arc {
+            from: [splat(a), splat(b)],
+            to: [splat(c), splat(d)],
+            half_tangent: splat(self.half_tangent),
+            density: splat(self.density),
+        }
+    }
+}
+
+impl<L: Lanes> Arc<L> {
+    /// That with these numbers.
+    #[inline(always)]
+    pub(super) fn of_numbers([a, b, c, d, half_tangent, density]: [L; 6]) -> Self {
+        Self {
+            from: [a, b],
+            to: [c, d],
+            half_tangent,
+            density,
+        }
+    }
+
+    /// See [`Arc::projection`].
+    #[inline(always)]
+    pub(super) fn projection_in_lanes(&self, psi: Psi<L>) -> L {
+        let (a, b) = (psi.turned_in_lanes(self.from), psi.turned_in_lanes(self.to));
         let is_whole = L::both(L::zero().lt(a.cos), L::zero().lt(b.cos));
         let (a, b) = (a.visible(), b.visible());
-        L::select(is_whole, splat(self.half_tangent), half_tangent(a, b)) * (a.cos + b.cos)
+        L::select(is_whole, self.half_tangent, half_tangent(a, b)) * (a.cos + b.cos)
     }
 }
 

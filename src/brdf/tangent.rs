@@ -179,8 +179,7 @@ impl<R: Real> TangentCurve<R> {
         &self.segments
     }
 
-    /// The segments in parts of at most 90°, as numbers: see [`crate::shader`].
-    #[cfg(feature = "shader")]
+    /// The segments in parts of at most 90°, as numbers: cos and sin of both ends, the tangent of half the width, and the density.
     pub(crate) fn arcs(&self) -> impl ExactSizeIterator<Item = [R; 6]> {
         self.arcs.iter().map(Arc::numbers)
     }
@@ -241,6 +240,22 @@ impl<R: Real> TangentCurve<R> {
         }
         sum
     }
+}
+
+/// Means of max(cos(ψ+δ), 0) over arcs of these [`TangentCurve::arcs`] for a direction `w` in their threads' coordinates, times their shares of the
+/// threads.
+#[inline(always)]
+pub(crate) fn projection_of_arcs<L: Lanes>(arcs: [L; 6], w: Vec3<L>) -> L {
+    let (psi, _) = Psi::of(w);
+    let arcs = Arc::of_numbers(arcs);
+    arcs.density * arcs.projection_in_lanes(psi)
+}
+
+/// The projections of single tilts with these cosines and sines.
+#[inline(always)]
+pub(crate) fn projection_of_tilts<L: Lanes>([cos, sin]: [L; 2], w: Vec3<L>) -> L {
+    let (psi, _) = Psi::of(w);
+    psi.facing(cos, sin).max(L::zero())
 }
 
 /// ∫ P dδ over the tilts that both directions see.

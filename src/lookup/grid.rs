@@ -7,20 +7,17 @@
 
 use crate::brdf::Response;
 use crate::math::simd::{Row, Vector};
-use crate::table::{Content, Grid, Place, Rows, TAPS, TILE, UNIT, decode};
+use crate::table::{Content, Grid, Place, Rows, TAPS, TILE, WHOLE, decode};
 
 /// The most lanes of a vector.
 const LANES: usize = 16;
 
-/// The sum of the integer weights of two tiles.
-const WHOLE: u32 = 32_767;
-
 /// Which tiles `STEP` pairs read, and with which weights.
 pub(super) struct Places<const STEP: usize> {
-    /// Where the first of the numbers is, or, of a grid that has not all, that of coefficient 0 …
+    /// Where the first of the numbers is; of a grid that has not all, how far along u₀ in each tile.
     start: [u32; STEP],
-    /// … and how far from it along u₀.
-    along: [u32; STEP],
+    /// Of a grid that has not all, the first tile.
+    tile: [u32; STEP],
     /// Two weights each along u₁, of the first tile and of the second.
     rows: [[u32; STEP]; 2],
     /// Along u₀, u₂ and u₃.
@@ -33,7 +30,7 @@ impl<const STEP: usize> Places<STEP> {
     pub(super) fn new() -> Self {
         Self {
             start: [0; STEP],
-            along: [0; STEP],
+            tile: [0; STEP],
             rows: [[0; STEP]; 2],
             weights: [[[0.0; STEP]; TAPS]; 3],
             sums: [[0.0; 8]; STEP],
@@ -69,42 +66,42 @@ impl<const STEP: usize> Places<STEP> {
         } else {
             V::zero()
         };
-        let [p0, p1, p2, p3] = places;
-        let along = V::times(p0.first, 2 * grid.content.channels() as u32);
-        let tile = V::shift_down::<1>(p1.first);
-        match &grid.rows {
-            None => {
-                let [s1, s2, s3] = grid.strides().map(|stride| stride as u32);
-                let start = V::plus(V::times(tile, s1), V::times(p2.first, s2));
-                let start = V::plus(V::plus(start, V::times(p3.first, s3)), along);
-                V::store_index(start, &mut self.start[at..]);
-            }
-            Some(rows) => {
-                let mut first = [[0; LANES]; 4];
-                for (to, place) in first.iter_mut().zip([p0, p1, p2, p3]) {
-                    V::store_index(place.first, to);
-                }
-                for lane in 0..V::LANES {
-                    let of_lane = [
-                        first[0][lane],
-                        first[1][lane],
-                        first[2][lane],
-                        first[3][lane],
-                    ];
-                    self.start[at + lane] = rows.tile(of_lane);
-                }
-                V::store_index(along, &mut self.along[at..]);
-            }
+        let along = V::splat_index(2 * grid.content.channels() as u32);
+        let Some(rows) = &grid.rows else {
+            let [s1, s2, s3] = grid.strides().map(|stride| stride as u32);
+            let strides = [
+                along,
+                V::splat_index(s1),
+                V::splat_index(s2),
+                V::splat_index(s3),
+            ];
+            self.put(at, start(&places, strides), &places);
+            return missing;
+        };
+        self.put(at, V::times(places[0].first, along), &places);
+        let mut first = [[0; LANES]; 4];
+        for (to, place) in first.iter_mut().zip(&places) {
+            V::store_index(place.first, to);
         }
-        for (tile, weights) in integers_of_rows(&p1).into_iter().enumerate() {
+        for lane in 0..V::LANES {
+            let of_lane = [first[0][lane], first[1][lane], first[2][lane], first[3][lane]];
+            self.tile[at + lane] = rows.tile(of_lane);
+        }
+        missing
+    }
+
+    /// Places of pairs from `at` on, whose tiles start where they do.
+    #[inline(always)]
+    pub(super) fn put<V: Vector>(&mut self, at: usize, start: V::Index, places: &[Place<V>; 4]) {
+        V::store_index(start, &mut self.start[at..]);
+        for (tile, weights) in integers_of_rows(&places[1]).into_iter().enumerate() {
             V::store_index(weights, &mut self.rows[tile][at..]);
         }
-        for (axis, place) in [p0, p2, p3].into_iter().enumerate() {
+        for (axis, place) in [&places[0], &places[2], &places[3]].into_iter().enumerate() {
             for tap in 0..TAPS {
                 place.weights[tap].store(&mut self.weights[axis][tap][at..]);
             }
         }
-        missing
     }
 
     /// Sums the tiles of the first pairs, so many.
@@ -129,56 +126,97 @@ impl<const STEP: usize> Places<STEP> {
         pairs: usize,
     ) {
         for pair in 0..pairs.min(STEP) {
-            let weights = [self.rows[0][pair], self.rows[1][pair]];
-            let tiles = layout.tiles::<C, D>(self.start[pair], self.along[pair]);
-            let mut total = R::zero();
-            for d in 0..D {
-                let mut plane = R::zero();
-                for c in 0..C {
-                    let line = R::sum_tiles([tiles(0, c, d), tiles(1, c, d)], weights);
-                    plane = line.mul_add(splat(self.weights[1][c][pair]), plane);
-                }
-                total = plane.mul_add(splat(self.weights[2][d][pair]), total);
-            }
-            self.sums[pair] = total.to_array();
+            self.sum_pair::<R, C, D>(layout, pair);
         }
     }
 
-    /// S and V of pairs from `at` on.
     #[inline(always)]
-    pub(super) fn response<V: Vector>(&self, grid: &Grid, at: usize) -> Response<V> {
-        let [a, b, c, d, e, f] = V::columns(&self.sums[at..]);
+    fn sum_pair<R: Row, const C: usize, const D: usize>(
+        &mut self,
+        layout: &impl Layout,
+        pair: usize,
+    ) {
+        let weights = [self.rows[0][pair], self.rows[1][pair]];
+        let tiles = layout.tiles::<C, D>(self.start[pair], self.tile[pair]);
+        let mut total = R::zero();
+        for d in 0..D {
+            let mut plane = R::zero();
+            for c in 0..C {
+                let line = R::sum_tiles([tiles(0, c, d), tiles(1, c, d)], weights);
+                plane = line.mul_add(splat(self.weights[1][c][pair]), plane);
+            }
+            total = plane.mul_add(splat(self.weights[2][d][pair]), total);
+        }
+        self.sums[pair] = total.to_array();
+    }
+
+    /// Sums the tiles of one pair, in a grid of four coordinates that has all.
+    #[inline(always)]
+    pub(super) fn sum_one<R: Row>(&mut self, grid: &Grid, pair: usize) {
+        self.sum_pair::<R, TAPS, TAPS>(&All::new(grid), pair);
+    }
+
+    /// S and V of pairs from `at` on, whose grids have both, with scales of their own.
+    #[inline(always)]
+    pub(super) fn both<V: Vector>(&self, at: usize, scale: [V; 2]) -> Response<V> {
+        let ([a, b, c, d, e, f], weights) = self.columns::<V>(at);
+        Response {
+            surface: decoded(scale[0], [a, c, e], weights),
+            volume: decoded(scale[1], [b, d, f], weights),
+        }
+    }
+
+    /// Sums by coefficient and channel, and weights along u₀.
+    #[inline(always)]
+    fn columns<V: Vector>(&self, at: usize) -> ([V; 6], [V; TAPS]) {
         let along = &self.weights[0];
         let weights = [
             V::load(&along[0][at..]),
             V::load(&along[1][at..]),
             V::load(&along[2][at..]),
         ];
-        let [s, v] = grid.scale;
-        let zero = V::zero();
+        (V::columns(&self.sums[at..]), weights)
+    }
+
+    /// S and V of pairs from `at` on.
+    #[inline(always)]
+    pub(super) fn response<V: Vector>(&self, grid: &Grid, at: usize) -> Response<V> {
+        let [s, v] = grid.integer_scale();
+        let [s, v] = [splat(s), splat(v)];
+        if grid.content == Content::Both {
+            return self.both(at, [s, v]);
+        }
+        let ([a, b, c, ..], weights) = self.columns::<V>(at);
+        let value = decoded(s, [a, b, c], weights);
         match grid.content {
-            Content::Both => Response {
-                surface: decoded(s, [a, c, e], weights),
-                volume: decoded(v, [b, d, f], weights),
+            Content::Volume => Response {
+                surface: V::zero(),
+                volume: value,
             },
             // Dyed is lit as the surface is: whatever the albedo, which is in it already.
-            Content::Surface | Content::Dyed => Response {
-                surface: decoded(s, [a, b, c], weights),
-                volume: zero,
-            },
-            Content::Volume => Response {
-                surface: zero,
-                volume: decoded(s, [a, b, c], weights),
+            Content::Both | Content::Surface | Content::Dyed => Response {
+                surface: value,
+                volume: V::zero(),
             },
         }
     }
 }
 
+/// Where tiles start that begin at places.
+#[inline(always)]
+pub(super) fn start<V: Vector>(places: &[Place<V>; 4], strides: [V::Index; 4]) -> V::Index {
+    let along = V::times(places[0].first, strides[0]);
+    let tile = V::times(V::shift_down::<1>(places[1].first), strides[1]);
+    let line = V::times(places[2].first, strides[2]);
+    let plane = V::times(places[3].first, strides[3]);
+    V::plus(V::plus(along, tile), V::plus(line, plane))
+}
+
 /// The value of a channel by its sums of tiles, with weights along u₀.
 #[inline(always)]
-fn decoded<V: Vector>(scale: f32, [a, b, c]: [V; TAPS], [w0, w1, w2]: [V; TAPS]) -> V {
+fn decoded<V: Vector>(scale: V, [a, b, c]: [V; TAPS], [w0, w1, w2]: [V; TAPS]) -> V {
     let sum = a.mul_add(w0, b.mul_add(w1, c * w2));
-    decode(V::of(f64::from(scale) / (UNIT * f64::from(WHOLE))) * sum)
+    decode(scale * sum)
 }
 
 /// The weights along u₁ as integers: those of the first tile's rows, and of the second's.
@@ -234,12 +272,12 @@ fn settle(
 
 /// Where tiles are.
 trait Layout {
-    /// The tiles of a cell that begins at a `start`, from `along` on: the first and the second along u₁, of the c-th and d-th of C and D
+    /// The tiles of a cell from its `start` on: the first and the second along u₁, of the c-th and d-th of C and D
     /// along u₂ and u₃.
     fn tiles<'a, const C: usize, const D: usize>(
         &'a self,
         start: u32,
-        along: u32,
+        tile: u32,
     ) -> impl Fn(usize, usize, usize) -> &'a [i16; TILE];
 }
 
@@ -297,13 +335,13 @@ impl Layout for Part<'_> {
     fn tiles<'a, const C: usize, const D: usize>(
         &'a self,
         start: u32,
-        along: u32,
+        tile: u32,
     ) -> impl Fn(usize, usize, usize) -> &'a [i16; TILE] {
         let [s1, s2, s3] = self.rows.strides();
-        let offsets = &self.rows.offsets()[start as usize..];
+        let offsets = &self.rows.offsets()[tile as usize..];
         #[inline(always)]
         move |b, c, d| {
-            let start = offsets[d * s3 + c * s2 + b * s1] + along as i32;
+            let start = offsets[d * s3 + c * s2 + b * s1] + start as i32;
             // Cells are looked up in tiles that have them.
             self.grid.tiles[start as usize..]
                 .first_chunk()

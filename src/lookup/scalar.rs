@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use super::Quantity;
 use super::block::Block;
+use super::pair::Pair;
 use crate::brdf::{Components, ThreadResponse};
 use crate::math::simd::{Kernel, Level, Row, Single, Vector};
 use crate::table::Table;
@@ -34,6 +35,16 @@ impl Table {
     }
 
     fn at(&self, albedos: &[[f32; 3]], quantity: Quantity, wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
+        if let Some(parts) = &self.parts {
+            return Level::detect().run_single(Pair {
+                table: self,
+                parts,
+                albedos,
+                quantity,
+                wi,
+                wr,
+            });
+        }
         Level::detect().run_single(One {
             table: self,
             albedos,

@@ -371,6 +371,11 @@ impl Axis {
         Place::of_words(V::gather(&self.words, unit), u)
     }
 
+    /// What lookups know of places: see [Words](self#words).
+    pub(crate) fn words(&self) -> &[u32] {
+        &self.words
+    }
+
     /// First coefficients of its cells, ascending.
     pub(crate) fn firsts(&self) -> impl Iterator<Item = usize> + '_ {
         let cells = self.knots.len().max(2) - 1;
@@ -426,6 +431,14 @@ impl Axis {
 }
 
 impl<V: Vector> Place<V> {
+    /// At coordinates within \[0, 1\], by words of several axes, those of each from its start on, with 2^depth of each.
+    #[inline(always)]
+    pub(crate) fn of_words_from(words: &[u32], start: V::Index, u: V, unit: V) -> Self {
+        let u = u.min(V::of(BELOW_ONE));
+        let word = V::plus(start, (u * unit).truncate());
+        Self::of_words(V::gather(words, word), u)
+    }
+
     /// At coordinates below 1, by the words that are there.
     #[inline(always)]
     pub(crate) fn of_words(word: V::Index, u: V) -> Self {

@@ -1,6 +1,6 @@
 //! A function of pairs of directions, tabulated.
 
-use super::Axis;
+use super::{Axis, UNIT};
 use super::numbers::Numbers;
 use super::rows::Rows;
 use crate::chart::Coordinates;
@@ -62,6 +62,8 @@ impl Content {
 pub(crate) const CHANNELS: usize = 2;
 /// Numbers that are read at once: three coefficients of two channels in two rows, and as many more as fill a register.
 pub(crate) const TILE: usize = 16;
+/// The sum of the integer weights of rows.
+pub(crate) const WHOLE: u32 = 32_767;
 /// See [`Grid::tiles`]: of one channel.
 pub(crate) const PADDING: usize = TILE - 2 * super::axis::TAPS;
 
@@ -95,6 +97,12 @@ impl Grid {
                 strides[k]
             }
         })
+    }
+
+    /// What the integers of each channel stand for, times those of weights that sum to [`WHOLE`].
+    pub(crate) fn integer_scale(&self) -> [f32; CHANNELS] {
+        let of = |scale: f32| (f64::from(scale) / (UNIT * f64::from(WHOLE))) as f32;
+        self.scale.map(of)
     }
 
     /// How many numbers there are, of so many tiles' coefficients.

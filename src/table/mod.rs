@@ -41,6 +41,7 @@ mod format;
 mod grid;
 mod misses;
 mod numbers;
+mod parts;
 mod rows;
 
 pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, MOST_UNEVEN, REACH};
@@ -49,11 +50,12 @@ pub use encoding::Encoding;
 pub(crate) use encoding::{UNIT, decode};
 pub use error::Error;
 pub use format::{MAX_DECODED_BYTES, VERSION};
-pub(crate) use grid::{CHANNELS, TILE, tiles_of};
+pub(crate) use grid::{CHANNELS, TILE, WHOLE, tiles_of};
 pub use grid::{Content, Grid};
 pub(crate) use misses::Misses;
 #[cfg(feature = "bake")]
 pub(crate) use numbers::own;
+pub(crate) use parts::{GridGroup, Group, PARTS, Parts, load};
 pub(crate) use rows::Rows;
 #[cfg(feature = "bake")]
 pub(crate) use rows::{Run, place_of};
@@ -78,6 +80,8 @@ pub struct Table {
     /// Whether pairs can be asked for that it was not baked for.
     pub(crate) is_partial: bool,
     pub(crate) misses: Misses,
+    /// What one pair is evaluated with, if that is all.
+    pub(crate) parts: Option<Parts>,
 }
 
 impl Table {
@@ -121,6 +125,7 @@ impl Table {
             |thread: &ThreadTable| !thread.takes_albedo() || thread.grids().any(Grid::is_partial);
         Self {
             is_partial: threads.iter().any(is_partial),
+            parts: Parts::new(&threads, reweighting),
             threads,
             gap,
             sigma_u,

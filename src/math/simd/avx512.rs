@@ -270,8 +270,8 @@ impl Vector for F32x16 {
         registers!(_mm512_sub_epi32(a, b))
     }
     #[inline(always)]
-    fn times(index: Self::Index, factor: u32) -> Self::Index {
-        registers!(_mm512_mullo_epi32(index, Self::splat_index(factor)))
+    fn times(a: Self::Index, b: Self::Index) -> Self::Index {
+        registers!(_mm512_mullo_epi32(a, b))
     }
     #[inline(always)]
     fn by_parity(index: Self::Index, even: Self::Index, odd: Self::Index) -> Self::Index {

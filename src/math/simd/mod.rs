@@ -82,7 +82,7 @@ pub trait Vector: Lanes {
     /// The difference modulo 2³².
     fn minus(a: Self::Index, b: Self::Index) -> Self::Index;
     /// The product modulo 2³².
-    fn times(index: Self::Index, factor: u32) -> Self::Index;
+    fn times(a: Self::Index, b: Self::Index) -> Self::Index;
     /// `odd` where the lowest bit of the index is 1, else `even`.
     fn by_parity(index: Self::Index, even: Self::Index, odd: Self::Index) -> Self::Index;
     /// The first six numbers of each of as many rows as there are lanes.

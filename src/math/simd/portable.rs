@@ -218,8 +218,8 @@ macro_rules! portable {
                 core::array::from_fn(|k| a[k].wrapping_sub(b[k]))
             }
             #[inline(always)]
-            fn times(index: Self::Index, factor: u32) -> Self::Index {
-                index.map(|index| index.wrapping_mul(factor))
+            fn times(a: Self::Index, b: Self::Index) -> Self::Index {
+                core::array::from_fn(|k| a[k].wrapping_mul(b[k]))
             }
             #[inline(always)]
             fn by_parity(index: Self::Index, even: Self::Index, odd: Self::Index) -> Self::Index {

@@ -1,0 +1,163 @@
+//! One pair of directions: parts of all threads side by side, as many as a vector has lanes.
+
+use super::Quantity;
+use super::grid::{Places, start};
+use crate::brdf::{
+    Optics, Response, ThreadFrame, ThreadPair, Weave, projection_of_arcs, projection_of_tilts,
+    without_cosine,
+};
+use crate::chart::Several;
+use crate::math::simd::{Kernel, Row, Vector};
+use crate::math::{Vec3, each, splat};
+use crate::table::{GridGroup, Group, PARTS, Parts, Place, Table, load};
+
+/// What is asked of a table.
+pub(super) struct Pair<'a> {
+    pub(super) table: &'a Table,
+    pub(super) parts: &'a Parts,
+    pub(super) albedos: &'a [[f32; 3]],
+    pub(super) quantity: Quantity,
+    pub(super) wi: [f32; 3],
+    pub(super) wr: [f32; 3],
+}
+
+impl Kernel for Pair<'_> {
+    type Output = [f32; 3];
+
+    #[inline(always)]
+    fn run<V: Vector, R: Row>(self) -> [f32; 3] {
+        let Self {
+            table, parts, wi, wr, ..
+        } = self;
+        if !(wi[2] > 0.0 && wr[2] > 0.0) {
+            return [0.0; 3];
+        }
+        let pair = [each(wi, splat::<f32, R>), each(wr, splat::<f32, R>)];
+        let mut sums = Sums::zero();
+        for grids in &parts.grids {
+            let response = look_up(table, grids, pair);
+            sums.add(&grids.group, self.albedos, response);
+        }
+        for tilts in &parts.tilts {
+            let [a, b, c, d, e, f, cos, sin] = tilts.numbers::<R>();
+            let [wi, wr] = in_frame([a, b], pair);
+            let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
+            let response = pair.response(&Optics::of_numbers([c, d, e, f]), cos, sin);
+            sums.add(tilts, self.albedos, response);
+        }
+        for facings in &parts.facings {
+            let [a, b, cos, sin] = facings.numbers::<R>();
+            let [_, wr] = in_frame([a, b], pair);
+            sums.project(facings, projection_of_tilts([cos, sin], wr));
+        }
+        for arcs in &parts.arcs {
+            let [a, b, arc @ ..] = arcs.numbers::<R>();
+            let [_, wr] = in_frame([a, b], pair);
+            sums.project(arcs, projection_of_arcs(arc, wr));
+        }
+        let [r, g, b] = sums.colour;
+        let weave = Weave {
+            q: table.gap * wr[2] + total(sums.q),
+            scale: table.rho_scale,
+            sum: [total(r), total(g), total(b)],
+        };
+        match self.quantity {
+            Quantity::Brdf => without_cosine(weave.rho(), wi[2]),
+            Quantity::Rho => weave.rho(),
+        }
+    }
+}
+
+/// Directions in the frames of threads.
+#[inline(always)]
+fn in_frame<V: Vector>(frame: [V; 2], [wi, wr]: [Vec3<V>; 2]) -> [Vec3<V>; 2] {
+    let frame = ThreadFrame::of_numbers(frame);
+    [frame.to_thread(wi), frame.to_thread(wr)]
+}
+
+/// S and V of grids.
+#[inline(always)]
+fn look_up<V: Row>(table: &Table, grids: &GridGroup, pair: [Vec3<V>; 2]) -> Response<V> {
+    let [a, b, c, d, e, f, g, h, s, v, units @ ..] = grids.group.numbers::<V>();
+    let [wi, wr] = in_frame([a, b], pair);
+    let u = Several::of_numbers([c, d, e, f, g, h]).of(wi, wr);
+    let places = [
+        place(grids, 0, u[0], units[0]),
+        place(grids, 1, u[1], units[1]),
+        place(grids, 2, u[2], units[2]),
+        place(grids, 3, u[3], units[3]),
+    ];
+    let strides = &grids.strides;
+    let strides = [
+        V::load_index(&strides[0]),
+        V::load_index(&strides[1]),
+        V::load_index(&strides[2]),
+        V::load_index(&strides[3]),
+    ];
+    let mut all = Places::<PARTS>::new();
+    all.put(0, start(&places, strides), &places);
+    for (lane, thread) in grids.group.threads.iter().enumerate() {
+        if let Some(grid) = table.threads[*thread].grid() {
+            all.sum_one::<V>(grid, lane);
+        }
+    }
+    all.both(0, [s, v])
+}
+
+/// Places on one of the axes of grids.
+#[inline(always)]
+fn place<V: Vector>(grids: &GridGroup, axis: usize, u: V, unit: V) -> Place<V> {
+    let start = V::load_index(&grids.starts[axis]);
+    Place::of_words_from(&grids.words, start, u, unit)
+}
+
+/// Sums over parts.
+struct Sums<V> {
+    colour: [V; 3],
+    q: V,
+}
+
+impl<V: Vector> Sums<V> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self {
+            colour: [V::zero(); 3],
+            q: V::zero(),
+        }
+    }
+
+    /// Adds what parts reflect, with other albedos than their threads' own where there are any.
+    #[inline(always)]
+    fn add<const K: usize>(
+        &mut self,
+        group: &Group<K>,
+        albedos: &[[f32; 3]],
+        response: Response<V>,
+    ) {
+        let weight = V::load(&group.weight);
+        let mut albedo = load::<V, 3>(&group.albedo);
+        if !albedos.is_empty() {
+            albedo = group.dyed(albedos);
+        }
+        let (surface, volume) = (weight * response.surface, weight * response.volume);
+        for (sum, albedo) in self.colour.iter_mut().zip(albedo) {
+            *sum += albedo.mul_add(volume, surface);
+        }
+    }
+
+    #[inline(always)]
+    fn project<const K: usize>(&mut self, group: &Group<K>, projection: V) {
+        self.q += V::load(&group.weight) * projection;
+    }
+}
+
+/// The sum of all lanes.
+#[inline(always)]
+fn total<V: Vector>(lanes: V) -> f32 {
+    let lanes = lanes.to_array();
+    let mut sum = 0.0;
+    for lane in lanes.as_ref() {
+        sum += lane;
+    }
+    sum
+}

@@ -1,0 +1,174 @@
+//! What one pair of directions is evaluated with: parts of all threads, eight side by side.
+//!
+//! A batch has as many pairs for a vector as there are lanes. One pair has as many parts of threads: grids, single tilts, segments, and
+//! the arcs of projections. Each adds to sums over all of them, so that it does not matter whose they are.
+
+use alloc::vec::Vec;
+
+use super::{Content, Segments, ThreadTable};
+use crate::brdf::Reweighting;
+use crate::math::simd::Vector;
+
+/// Lanes.
+pub(crate) const PARTS: usize = 8;
+
+/// What one pair is evaluated with.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Parts {
+    /// Grids of straight threads' segments.
+    pub(crate) grids: Vec<GridGroup>,
+    /// Single tilts: frame, optics, cosine and sine.
+    pub(crate) tilts: Vec<Group<8>>,
+    /// Arcs of tilts, for projections: frame, arc.
+    pub(crate) arcs: Vec<Group<8>>,
+    /// Single tilts, for projections: frame, cosine and sine.
+    pub(crate) facings: Vec<Group<4>>,
+}
+
+/// Up to eight parts, each of so many numbers. What lanes without one say has no weight.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Group<const K: usize> {
+    /// By part: its thread.
+    pub(crate) threads: Vec<usize>,
+    /// The part's share of the surface.
+    pub(crate) weight: [f32; PARTS],
+    /// The fabric's own.
+    pub(crate) albedo: [[f32; PARTS]; 3],
+    numbers: [[f32; PARTS]; K],
+}
+
+impl<const K: usize> Group<K> {
+    /// The part's numbers.
+    #[inline(always)]
+    pub(crate) fn numbers<V: Vector>(&self) -> [V; K] {
+        load(&self.numbers)
+    }
+
+    /// The albedos of the parts' threads, where there are others for the first threads.
+    #[inline(always)]
+    pub(crate) fn dyed<V: Vector>(&self, albedos: &[[f32; 3]]) -> [V; 3] {
+        let mut dyed = self.albedo;
+        for (lane, thread) in self.threads.iter().enumerate() {
+            if let Some(albedo) = albedos.get(*thread) {
+                for (to, albedo) in dyed.iter_mut().zip(albedo) {
+                    to[lane] = *albedo;
+                }
+            }
+        }
+        load(&dyed)
+    }
+
+    /// Puts a part into the last group that has room, or into a new one.
+    fn add(groups: &mut Vec<Self>, index: usize, thread: &ThreadTable, share: f32, numbers: [f32; K]) {
+        if groups.last().is_none_or(|group| group.threads.len() == PARTS) {
+            groups.push(Self {
+                threads: Vec::new(),
+                weight: [0.0; PARTS],
+                albedo: [[0.0; PARTS]; 3],
+                // In all lanes what is some part's, so that they are as good as any.
+                numbers: numbers.map(|number| [number; PARTS]),
+            });
+        }
+        let group = groups.last_mut().expect("one has just been added");
+        let lane = group.threads.len();
+        group.threads.push(index);
+        group.weight[lane] = thread.coverage * share;
+        for (to, albedo) in group.albedo.iter_mut().zip(thread.albedo) {
+            to[lane] = albedo;
+        }
+        for (to, number) in group.numbers.iter_mut().zip(numbers) {
+            to[lane] = number;
+        }
+    }
+}
+
+/// Grids: frame, coordinates, what integers of both channels stand for, and 2^depth of the axes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct GridGroup {
+    pub(crate) group: Group<14>,
+    /// The axes' words, one behind the other, and where those of each axis begin.
+    pub(crate) words: Vec<u32>,
+    pub(crate) starts: [[u32; PARTS]; 4],
+    /// From one coefficient of u₀, from one tile, and from one coefficient of u₂ and u₃ to the next, in numbers.
+    pub(crate) strides: [[u32; PARTS]; 4],
+}
+
+/// Of all threads; `None` where one of them is more than its parts side by side.
+impl Parts {
+    pub(crate) fn new(threads: &[ThreadTable], reweighting: Reweighting) -> Option<Self> {
+        if reweighting == Reweighting::Both {
+            return None;
+        }
+        let mut parts = Self::default();
+        let mut grids = Vec::new();
+        for (index, thread) in threads.iter().enumerate() {
+            let frame = thread.frame.numbers();
+            let optics = thread.optics.numbers();
+            match &thread.segments {
+                Segments::None => {}
+                Segments::Grid(segments) if segments.rim.is_none() => {
+                    let grid = &segments.grid;
+                    let has_all = grid.content == Content::Both && !grid.is_partial();
+                    let coordinates = grid.coordinates.numbers().filter(|_| has_all)?;
+                    let units = grid.axes.each_ref().map(|axis| (1u32 << axis.depth()) as f32);
+                    let numbers = [&frame[..], &coordinates, &grid.integer_scale(), &units].concat();
+                    let numbers = numbers.try_into().expect("14 numbers");
+                    Group::add(&mut grids, index, thread, 1.0, numbers);
+                }
+                Segments::Grid(_) | Segments::Direct(_) | Segments::Curve(_) => return None,
+            }
+            for tilt in thread.tangents.tilts() {
+                let at = [tilt.cos, tilt.sin];
+                let numbers = [&frame[..], &optics, &at].concat();
+                let numbers = numbers.try_into().expect("8 numbers");
+                Group::add(&mut parts.tilts, index, thread, tilt.weight, numbers);
+                let numbers = [frame[0], frame[1], at[0], at[1]];
+                Group::add(&mut parts.facings, index, thread, tilt.weight, numbers);
+            }
+            for arc in thread.tangents.arcs() {
+                let numbers = [&frame[..], &arc].concat();
+                let numbers = numbers.try_into().expect("8 numbers");
+                Group::add(&mut parts.arcs, index, thread, 1.0, numbers);
+            }
+        }
+        parts.grids = grids.into_iter().map(|group| GridGroup::new(group, threads)).collect();
+        Some(parts)
+    }
+}
+
+impl GridGroup {
+    fn new(group: Group<14>, threads: &[ThreadTable]) -> Self {
+        let (mut words, mut starts, mut strides) = (Vec::new(), [[0; PARTS]; 4], [[0; PARTS]; 4]);
+        let grids = group.threads.iter().filter_map(|thread| threads[*thread].grid());
+        for (lane, grid) in grids.enumerate() {
+            for (axis, start) in grid.axes.iter().zip(&mut starts) {
+                start[lane] = words.len() as u32;
+                words.extend(axis.words());
+            }
+            let [s1, s2, s3] = grid.strides();
+            let along = 2 * grid.content.channels();
+            for (to, stride) in strides.iter_mut().zip([along, s1, s2, s3]) {
+                to[lane] = stride as u32;
+            }
+        }
+        Self {
+            group,
+            words,
+            starts,
+            strides,
+        }
+    }
+}
+
+/// Numbers of all lanes.
+#[inline(always)]
+pub(crate) fn load<V: Vector, const K: usize>(numbers: &[[f32; PARTS]; K]) -> [V; K] {
+    let mut lanes = [V::zero(); K];
+    let mut k = 0;
+    // Inlined for certain, which `map` of arrays is not.
+    while k < K {
+        lanes[k] = V::load(&numbers[k]);
+        k += 1;
+    }
+    lanes
+}
