@@ -3,6 +3,8 @@
 //! Skipped where there is no Vulkan adapter or no `glslangValidator`, unless `SATEEN_REQUIRE_ALL=1`.
 #![cfg(test)]
 
+mod gpu;
+
 use std::path::Path;
 use std::process::Command;
 
@@ -14,6 +16,8 @@ use sateen::progress::Progress;
 use sateen::shader::{Filter, GLSL, HLSL, Lookup, WGSL, parameters};
 use sateen::table::Table;
 use sateen::volume::{self, Volume};
+
+use crate::gpu::{Bound, Gpu, skip};
 
 const PAIRS: usize = 2048;
 const SEED: u64 = 30;
@@ -92,15 +96,6 @@ vec4 sateen_volume(vec3 uvw) { return textureLod(volume, uvw, 0.0); }
 const FRAGMENT_AFTER: &str = "
 void main() { colour = vec4(sateen_eval_cos(wi, wr) + sateen_direct_cos(wi, wr, 50), 1.0); }";
 
-/// Whether a test may be skipped for what the machine lacks.
-fn skip(what: &str) {
-    assert!(
-        std::env::var("SATEEN_REQUIRE_ALL").as_deref() != Ok("1"),
-        "{what}, which SATEEN_REQUIRE_ALL=1 requires"
-    );
-    eprintln!("SKIPPED: {what}");
-}
-
 /// Runs a program on a file, which has to please it; says whether there is such a program.
 fn pleases(program: &str, arguments: &[&str], file: &Path) -> bool {
     let Ok(output) = Command::new(program).args(arguments).arg(file).output() else {
@@ -120,200 +115,6 @@ fn glslang(arguments: &[&str], text: &str, folder: &Path, name: &str) -> bool {
     let file = folder.join(name);
     std::fs::write(&file, text).expect("a writable folder");
     pleases("glslangValidator", arguments, &file)
-}
-
-struct Gpu {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-}
-
-impl Gpu {
-    fn new() -> Option<Self> {
-        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        descriptor.backends = wgpu::Backends::VULKAN;
-        let instance = wgpu::Instance::new(descriptor);
-        let options = wgpu::RequestAdapterOptions::default();
-        let Ok(adapter) = pollster::block_on(instance.request_adapter(&options)) else {
-            skip("there is no Vulkan adapter (Debian: mesa-vulkan-drivers)");
-            return None;
-        };
-        println!("{:?}", adapter.get_info());
-        let device = adapter.request_device(&wgpu::DeviceDescriptor::default());
-        let (device, queue) = pollster::block_on(device).expect("a device");
-        Some(Self { device, queue })
-    }
-
-    fn layout(&self) -> wgpu::BindGroupLayout {
-        // What SPIR-V says of buffers that are only read gets lost on the way.
-        let buffer = || wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: false },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let types = [
-            buffer(),
-            wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                view_dimension: wgpu::TextureViewDimension::D3,
-                multisampled: false,
-            },
-            wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-            buffer(),
-            buffer(),
-        ];
-        let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty,
-            count: None,
-        };
-        let entries: Vec<_> = (0..).zip(types).map(entry).collect();
-        self.device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: None,
-                entries: &entries,
-            })
-    }
-
-    fn pipeline(&self, source: wgpu::ShaderSource<'_>) -> wgpu::ComputePipeline {
-        let module = self
-            .device
-            .create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: None,
-                source,
-            });
-        let layout = self.layout();
-        let layout = self
-            .device
-            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                bind_group_layouts: &[Some(&layout)],
-                ..Default::default()
-            });
-        self.device
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: None,
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-    }
-
-    fn buffer(&self, numbers: &[[f32; 4]], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-        let bytes: Vec<u8> = numbers
-            .iter()
-            .flatten()
-            .flat_map(|x| x.to_le_bytes())
-            .collect();
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: bytes.len() as u64,
-            usage: usage | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        self.queue.write_buffer(&buffer, 0, &bytes);
-        buffer
-    }
-
-    fn texture(&self, volume: &Volume) -> wgpu::TextureView {
-        let [width, height, depth] = volume.size().map(|side| side as u32);
-        let size = wgpu::Extent3d {
-            width,
-            height,
-            depth_or_array_layers: depth,
-        };
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D3,
-            format: wgpu::TextureFormat::Rgba16Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        self.queue.write_texture(
-            texture.as_image_copy(),
-            &volume.to_bytes(),
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(volume::TEXEL_BYTES as u32 * width),
-                rows_per_image: Some(height),
-            },
-            size,
-        );
-        texture.create_view(&wgpu::TextureViewDescriptor::default())
-    }
-
-    /// eval_cos, eval and direct_cos of every pair.
-    fn run(
-        &self,
-        pipeline: &wgpu::ComputePipeline,
-        case: &Case,
-        pairs: &[Pair],
-    ) -> Vec<[[f32; 3]; 3]> {
-        use wgpu::BufferUsages as Usage;
-        let vector = |w: [f64; 3]| [w[0] as f32, w[1] as f32, w[2] as f32, 0.0];
-        let pairs: Vec<[f32; 4]> = pairs
-            .iter()
-            .flat_map(|pair| [vector(pair.wi), vector(pair.wr)])
-            .collect();
-        let count = pairs.len() / 2;
-        let parameters = self.buffer(&parameters(&case.table, &case.volume), Usage::STORAGE);
-        let pairs = self.buffer(&pairs, Usage::STORAGE);
-        let values = self.buffer(&vec![[0.0; 4]; 3 * count], Usage::STORAGE | Usage::COPY_SRC);
-        let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: values.size(),
-            usage: Usage::MAP_READ | Usage::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let sampler = self.device.create_sampler(&wgpu::SamplerDescriptor {
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            ..Default::default()
-        });
-        let view = self.texture(&case.volume);
-        let resources = [
-            parameters.as_entire_binding(),
-            wgpu::BindingResource::TextureView(&view),
-            wgpu::BindingResource::Sampler(&sampler),
-            pairs.as_entire_binding(),
-            values.as_entire_binding(),
-        ];
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout(),
-            entries: &entries,
-        });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups((count / 64) as u32, 1, 1);
-        }
-        encoder.copy_buffer_to_buffer(&values, 0, &copy, 0, values.size());
-        self.queue.submit([encoder.finish()]);
-        copy.map_async(wgpu::MapMode::Read, .., |result| result.expect("mapped"));
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .expect("it ends");
-        let bytes = copy.get_mapped_range(..).expect("mapped");
-        let numbers: Vec<f32> = bytes
-            .chunks_exact(4)
-            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-            .collect();
-        numbers
-            .chunks_exact(12)
-            .map(|n| [0, 4, 8].map(|k| [n[k], n[k + 1], n[k + 2]]))
-            .collect()
-    }
 }
 
 struct Case {
@@ -391,6 +192,25 @@ fn cases() -> Vec<Case> {
     cases
 }
 
+/// eval_cos, eval and direct_cos of every pair.
+fn evaluate(
+    gpu: &Gpu,
+    pipeline: &wgpu::ComputePipeline,
+    case: &Case,
+    pairs: &[Pair],
+) -> Vec<[[f32; 3]; 3]> {
+    let vector = |w: [f64; 3]| [w[0] as f32, w[1] as f32, w[2] as f32, 0.0];
+    let both = |pair: &Pair| [vector(pair.wi), vector(pair.wr)];
+    let pairs: Vec<[f32; 4]> = pairs.iter().flat_map(both).collect();
+    let count = pairs.len() / 2;
+    let parameters = parameters(&case.table, &case.volume);
+    let bound = Bound::new(gpu, &parameters, &case.volume, &pairs, 3 * count);
+    gpu.run(pipeline, &bound, count);
+    let numbers = gpu.read(&bound);
+    let three = |n: &[[f32; 4]]| [n[0], n[1], n[2]].map(|[r, g, b, _]| [r, g, b]);
+    numbers.chunks_exact(3).map(three).collect()
+}
+
 /// The largest deviation of `a` from `b`, relative to `b` and a hundredth of its mean over render pairs.
 fn deviation(pairs: &[Pair], a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     let mut worst = 0.0f64;
@@ -427,7 +247,9 @@ fn shaders_compute_what_the_library_does() {
     let has_compiler = glslang(&[], &es, folder.path(), "es.frag")
         && glslang(&[], &desktop, folder.path(), "desktop.frag");
 
-    let Some(gpu) = Gpu::new() else { return };
+    let Some(gpu) = Gpu::new(wgpu::Features::empty()) else {
+        return;
+    };
     let wgsl = [WGSL_BEFORE, WGSL, WGSL_AFTER].concat();
     let mut shaders = vec![("WGSL", gpu.pipeline(wgpu::ShaderSource::Wgsl(wgsl.into())))];
     let glsl = [GLSL_BEFORE, GLSL, GLSL_AFTER].concat();
@@ -477,7 +299,7 @@ fn shaders_compute_what_the_library_does() {
         let expected = all(Filter::Exact);
         let mut line = format!("{:35}", case.name);
         for (shader, pipeline) in &shaders {
-            let values = gpu.run(pipeline, &case, &pairs);
+            let values = evaluate(&gpu, pipeline, &case, &pairs);
             let deviations =
                 [0, 1, 2].map(|k| deviation(&pairs, &column(&values, k), &column(&expected, k)));
             let worst = deviations
