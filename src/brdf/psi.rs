@@ -18,10 +18,10 @@ impl<L: Lanes> Psi<L> {
     #[inline(always)]
     pub(super) fn of(w: Vec3<L>) -> (Self, L) {
         let r = norm2(w[0], w[2]);
-        let defined = L::zero().lt(r);
+        let (defined, over) = (L::zero().lt(r), L::one() / r);
         let psi = Self {
-            sin: L::select(defined, w[0] / r, L::zero()),
-            cos: L::select(defined, w[2] / r, L::one()),
+            sin: L::select(defined, w[0] * over, L::zero()),
+            cos: L::select(defined, w[2] * over, L::one()),
         };
         (psi, r)
     }
@@ -42,13 +42,7 @@ impl<L: Lanes> Psi<L> {
 
     /// ψ + δ.
     #[inline(always)]
-    pub(super) fn turned<R: Real>(self, [cos, sin]: [R; 2]) -> Self {
-        self.turned_in_lanes([splat::<R, L>(cos), splat::<R, L>(sin)])
-    }
-
-    /// ψ + δ.
-    #[inline(always)]
-    pub(super) fn turned_in_lanes(self, [cos, sin]: [L; 2]) -> Self {
+    pub(super) fn turned(self, [cos, sin]: [L; 2]) -> Self {
         Self {
             sin: self.sin * cos + self.cos * sin,
             cos: self.facing(cos, sin),
@@ -115,14 +109,6 @@ impl<R: Real> Arc<R> {
         [a, b, c, d, self.half_tangent, self.density]
     }
 
-    /// ∫ max(cos(ψ + δ), 0) dδ. With a and b the ends within ±90° it is tan((b−a)/2) (cos a + cos b), a product of sums.
-    ///
-    /// For arcs up to 90° wide.
-    #[inline(always)]
-    pub(super) fn projection<L: Lanes>(&self, psi: Psi<L>) -> L {
-        self.splat::<L>().projection_in_lanes(psi)
-    }
-
     /// The same arc in every lane.
     #[inline(always)]
     pub(super) fn splat<L: Lanes>(&self) -> Arc<L> {
@@ -148,10 +134,12 @@ impl<L: Lanes> Arc<L> {
         }
     }
 
-    /// See [`Arc::projection`].
+    /// ∫ max(cos(ψ + δ), 0) dδ. With a and b the ends within ±90° it is tan((b−a)/2) (cos a + cos b), a product of sums.
+    ///
+    /// For arcs up to 90° wide.
     #[inline(always)]
-    pub(super) fn projection_in_lanes(&self, psi: Psi<L>) -> L {
-        let (a, b) = (psi.turned_in_lanes(self.from), psi.turned_in_lanes(self.to));
+    pub(super) fn projection(&self, psi: Psi<L>) -> L {
+        let (a, b) = (psi.turned(self.from), psi.turned(self.to));
         let is_whole = L::both(L::zero().lt(a.cos), L::zero().lt(b.cos));
         let (a, b) = (a.visible(), b.visible());
         L::select(is_whole, self.half_tangent, half_tangent(a, b)) * (a.cos + b.cos)
@@ -186,6 +174,15 @@ impl<L: Lanes> Ordered<L> {
         }
     }
 
+    /// What belongs to two directions in the order of their angles, or the other way round.
+    #[inline(always)]
+    pub(super) fn sort(&self, a: L, b: L) -> [L; 2] {
+        [
+            L::select(self.is_swapped, b, a),
+            L::select(self.is_swapped, a, b),
+        ]
+    }
+
     /// Minus half the angle between: `first` where both are as far from 0.
     #[inline(always)]
     pub(super) fn half_back(&self) -> Psi<L> {
@@ -200,29 +197,32 @@ impl<L: Lanes> Ordered<L> {
         }
     }
 
-    /// The tilts of an arc that both directions see.
+    /// Where one direction is at its horizon, the other is as far from there as they are apart.
     #[inline(always)]
-    pub(super) fn seen<R: Real>(&self, arc: &Arc<R>) -> Seen<L> {
-        // Where one direction is at its horizon, the other is as far from there as they are apart.
-        let apart = |sin: L, sign: L| Psi {
+    fn apart(&self, sin: L, sign: L) -> Psi<L> {
+        Psi {
             sin: sin * self.cos_between,
             cos: sign * sin * self.sin_between,
-        };
+        }
+    }
+
+    /// The tilts of an arc that both directions see.
+    #[inline(always)]
+    pub(super) fn seen(&self, arc: &Arc<L>) -> Seen<L> {
         let (from, to) = (self.first.turned(arc.from), self.last.turned(arc.to));
         let (first_a, last_b) = (from.visible(), to.visible());
         let (is_from, is_to) = (L::zero().lt(from.cos), L::zero().lt(to.cos));
         let last_a = self.last.turned(arc.from);
-        let last_a = Psi::select(is_from, last_a, apart(first_a.sin, L::of(-1.0)));
+        let last_a = Psi::select(is_from, last_a, self.apart(first_a.sin, L::of(-1.0)));
         let first_b = self.first.turned(arc.to);
-        let first_b = Psi::select(is_to, first_b, apart(last_b.sin, L::one()));
+        let first_b = Psi::select(is_to, first_b, self.apart(last_b.sin, L::one()));
         // Near an end of visibility the width is as small as the cosine of the direction that ends there.
-        let narrowed = L::select(
-            is_to,
-            half_tangent(first_a, first_b),
-            half_tangent(last_a, last_b),
+        let narrowed = half_tangent(
+            Psi::select(is_to, first_a, last_a),
+            Psi::select(is_to, first_b, last_b),
         );
         Seen {
-            half_tangent: L::select(L::both(is_from, is_to), splat(arc.half_tangent), narrowed),
+            half_tangent: L::select(L::both(is_from, is_to), arc.half_tangent, narrowed),
             first: [first_a, first_b],
             last: [last_a, last_b],
         }

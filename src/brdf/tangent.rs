@@ -217,7 +217,8 @@ impl<R: Real> TangentCurve<R> {
         let (psi, _) = Psi::of(w);
         let mut sum = L::zero();
         for arc in &self.arcs {
-            sum += splat::<R, L>(arc.density) * arc.projection(psi);
+            let arc = arc.splat::<L>();
+            sum += arc.density * arc.projection(psi);
         }
         for tilt in &self.tilts {
             let facing = psi.facing(splat(tilt.cos), splat(tilt.sin));
@@ -232,8 +233,8 @@ impl<R: Real> TangentCurve<R> {
         let order = pair.order();
         let mut sum = L::zero();
         for arc in &self.arcs {
-            let mean = joint_integral(&order, &order.seen(arc), pair.correlation_psi());
-            sum += splat::<R, L>(arc.density) * mean;
+            let arc = arc.splat::<L>();
+            sum += arc.density * joint_integral(&order, &order.seen(&arc), pair.correlation_psi());
         }
         for tilt in &self.tilts {
             sum += splat::<R, L>(tilt.weight) * pair.visibility(splat(tilt.cos), splat(tilt.sin));
@@ -248,7 +249,7 @@ impl<R: Real> TangentCurve<R> {
 pub(crate) fn projection_of_arcs<L: Lanes>(arcs: [L; 6], w: Vec3<L>) -> L {
     let (psi, _) = Psi::of(w);
     let arcs = Arc::of_numbers(arcs);
-    arcs.density * arcs.projection_in_lanes(psi)
+    arcs.density * arcs.projection(psi)
 }
 
 /// The projections of single tilts with these cosines and sines.

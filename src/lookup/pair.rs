@@ -6,10 +6,10 @@ use crate::brdf::{
     Optics, Response, ThreadFrame, ThreadPair, Weave, projection_of_arcs, projection_of_tilts,
     without_cosine,
 };
-use crate::chart::Several;
+use crate::chart::{Several, height};
 use crate::math::simd::{Kernel, Row, Vector};
 use crate::math::{Vec3, each, splat};
-use crate::table::{GridGroup, Group, PARTS, Parts, Place, Table, load};
+use crate::table::{GridGroup, Group, PARTS, Parts, Place, SegmentGroup, Table, dye, load};
 
 /// What is asked of a table.
 pub(super) struct Pair<'a> {
@@ -35,15 +35,20 @@ impl Kernel for Pair<'_> {
         let pair = [each(wi, splat::<f32, R>), each(wr, splat::<f32, R>)];
         let mut sums = Sums::zero();
         for grids in &parts.grids {
-            let response = look_up(table, grids, pair);
-            sums.add(&grids.group, self.albedos, response);
+            look_up(table, grids, pair, self.albedos, &mut sums);
+        }
+        for segments in &parts.segments {
+            let weight = R::load(&segments.group.weight);
+            let albedo = segments.group.albedo(self.albedos);
+            sums.add(weight, albedo, direct(table, segments, pair));
         }
         for tilts in &parts.tilts {
             let [a, b, c, d, e, f, cos, sin] = tilts.numbers::<R>();
             let [wi, wr] = in_frame([a, b], pair);
             let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
             let response = pair.response(&Optics::of_numbers([c, d, e, f]), cos, sin);
-            sums.add(tilts, self.albedos, response);
+            let weight = R::load(&tilts.weight);
+            sums.add(weight, tilts.albedo(self.albedos), response);
         }
         for facings in &parts.facings {
             let [a, b, cos, sin] = facings.numbers::<R>();
@@ -75,12 +80,29 @@ fn in_frame<V: Vector>(frame: [V; 2], [wi, wr]: [Vec3<V>; 2]) -> [Vec3<V>; 2] {
     [frame.to_thread(wi), frame.to_thread(wr)]
 }
 
-/// S and V of grids.
+/// S and V of segments.
 #[inline(always)]
-fn look_up<V: Row>(table: &Table, grids: &GridGroup, pair: [Vec3<V>; 2]) -> Response<V> {
+fn direct<V: Vector>(table: &Table, segments: &SegmentGroup, pair: [Vec3<V>; 2]) -> Response<V> {
+    let [a, b, c, d, e, f, arc @ ..] = segments.group.numbers::<V>();
+    let [wi, wr] = in_frame([a, b], pair);
+    let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
+    let optics = Optics::of_numbers([c, d, e, f]);
+    segments.nodes.response_of(&pair, &optics, arc)
+}
+
+/// Adds what grids say, and what is near their threads' horizons.
+#[inline(always)]
+fn look_up<V: Row>(
+    table: &Table,
+    grids: &GridGroup,
+    pair: [Vec3<V>; 2],
+    albedos: &[[f32; 3]],
+    sums: &mut Sums<V>,
+) {
     let [a, b, c, d, e, f, g, h, s, v, units @ ..] = grids.group.numbers::<V>();
     let [wi, wr] = in_frame([a, b], pair);
-    let u = Several::of_numbers([c, d, e, f, g, h]).of(wi, wr);
+    let coordinates = Several::of_numbers([c, d, e, f, g, h]);
+    let u = coordinates.of(wi, wr);
     let places = [
         place(grids, 0, u[0], units[0]),
         place(grids, 1, u[1], units[1]),
@@ -101,7 +123,31 @@ fn look_up<V: Row>(table: &Table, grids: &GridGroup, pair: [Vec3<V>; 2]) -> Resp
             all.sum_one::<V>(grid, lane);
         }
     }
-    all.both(0, [s, v])
+    let weight = V::load(&grids.group.weight);
+    let albedo = grids.group.albedo(albedos);
+    if grids.rims.is_empty() {
+        sums.add(weight, albedo, all.both(0, [s, v]));
+        return;
+    }
+    let share = coordinates.share_of_box(height(wi, wr));
+    sums.add(weight * share, albedo, all.both(0, [s, v]));
+    let beyond = (V::one() - share).to_array();
+    let threads = grids.group.threads.len();
+    if beyond[..threads].iter().all(|beyond| *beyond <= 0.0) {
+        return;
+    }
+    for segments in &grids.rims {
+        let group = &segments.group;
+        let mut weight = group.weight;
+        let (mut threads, mut albedo) = ([0; PARTS], group.albedo);
+        for (lane, grid) in group.threads.iter().enumerate() {
+            weight[lane] *= beyond[*grid];
+            threads[lane] = grids.group.threads[*grid];
+        }
+        dye(&mut albedo, &threads[..group.threads.len()], albedos);
+        let response = direct(table, segments, pair);
+        sums.add(V::load(&weight), load(&albedo), response);
+    }
 }
 
 /// Places on one of the axes of grids.
@@ -126,19 +172,9 @@ impl<V: Vector> Sums<V> {
         }
     }
 
-    /// Adds what parts reflect, with other albedos than their threads' own where there are any.
+    /// Adds what parts reflect.
     #[inline(always)]
-    fn add<const K: usize>(
-        &mut self,
-        group: &Group<K>,
-        albedos: &[[f32; 3]],
-        response: Response<V>,
-    ) {
-        let weight = V::load(&group.weight);
-        let mut albedo = load::<V, 3>(&group.albedo);
-        if !albedos.is_empty() {
-            albedo = group.dyed(albedos);
-        }
+    fn add(&mut self, weight: V, albedo: [V; 3], response: Response<V>) {
         let (surface, volume) = (weight * response.surface, weight * response.volume);
         for (sum, albedo) in self.colour.iter_mut().zip(albedo) {
             *sum += albedo.mul_add(volume, surface);

@@ -55,7 +55,7 @@ pub use grid::{Content, Grid};
 pub(crate) use misses::Misses;
 #[cfg(feature = "bake")]
 pub(crate) use numbers::own;
-pub(crate) use parts::{GridGroup, Group, PARTS, Parts, load};
+pub(crate) use parts::{GridGroup, Group, PARTS, Parts, SegmentGroup, dye, load};
 pub(crate) use rows::Rows;
 #[cfg(feature = "bake")]
 pub(crate) use rows::{Run, place_of};

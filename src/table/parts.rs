@@ -6,7 +6,7 @@
 use alloc::vec::Vec;
 
 use super::{Content, Segments, ThreadTable};
-use crate::brdf::Reweighting;
+use crate::brdf::{PlacedNodes, Reweighting};
 use crate::math::simd::Vector;
 
 /// Lanes.
@@ -23,6 +23,8 @@ pub(crate) struct Parts {
     pub(crate) arcs: Vec<Group<8>>,
     /// Single tilts, for projections: frame, cosine and sine.
     pub(crate) facings: Vec<Group<4>>,
+    /// Segments that are evaluated directly.
+    pub(crate) segments: Vec<SegmentGroup>,
 }
 
 /// Up to eight parts, each of so many numbers. What lanes without one say has no weight.
@@ -46,38 +48,52 @@ impl<const K: usize> Group<K> {
 
     /// The albedos of the parts' threads, where there are others for the first threads.
     #[inline(always)]
-    pub(crate) fn dyed<V: Vector>(&self, albedos: &[[f32; 3]]) -> [V; 3] {
-        let mut dyed = self.albedo;
-        for (lane, thread) in self.threads.iter().enumerate() {
-            if let Some(albedo) = albedos.get(*thread) {
-                for (to, albedo) in dyed.iter_mut().zip(albedo) {
-                    to[lane] = *albedo;
-                }
-            }
+    pub(crate) fn albedo<V: Vector>(&self, albedos: &[[f32; 3]]) -> [V; 3] {
+        if albedos.is_empty() {
+            return load(&self.albedo);
         }
-        load(&dyed)
+        let mut albedo = self.albedo;
+        dye(&mut albedo, &self.threads, albedos);
+        load(&albedo)
     }
 
-    /// Puts a part into the last group that has room, or into a new one.
-    fn add(groups: &mut Vec<Self>, index: usize, thread: &ThreadTable, share: f32, numbers: [f32; K]) {
-        if groups.last().is_none_or(|group| group.threads.len() == PARTS) {
-            groups.push(Self {
-                threads: Vec::new(),
-                weight: [0.0; PARTS],
-                albedo: [[0.0; PARTS]; 3],
-                // In all lanes what is some part's, so that they are as good as any.
-                numbers: numbers.map(|number| [number; PARTS]),
-            });
-        }
-        let group = groups.last_mut().expect("one has just been added");
-        let lane = group.threads.len();
-        group.threads.push(index);
-        group.weight[lane] = thread.coverage * share;
-        for (to, albedo) in group.albedo.iter_mut().zip(thread.albedo) {
+    /// Of one part.
+    fn of(index: usize, thread: &ThreadTable, share: f32, numbers: [f32; K]) -> Self {
+        let mut group = Self {
+            threads: Vec::new(),
+            weight: [0.0; PARTS],
+            albedo: [[0.0; PARTS]; 3],
+            // In all lanes what is some part's, so that they are as good as any.
+            numbers: numbers.map(|number| [number; PARTS]),
+        };
+        group.put(index, thread, share, numbers);
+        group
+    }
+
+    /// Puts a part into the next lane; there is one.
+    fn put(&mut self, index: usize, thread: &ThreadTable, share: f32, numbers: [f32; K]) {
+        let lane = self.threads.len();
+        self.threads.push(index);
+        self.weight[lane] = thread.coverage * share;
+        for (to, albedo) in self.albedo.iter_mut().zip(thread.albedo) {
             to[lane] = albedo;
         }
-        for (to, number) in group.numbers.iter_mut().zip(numbers) {
+        for (to, number) in self.numbers.iter_mut().zip(numbers) {
             to[lane] = number;
+        }
+    }
+
+    /// Puts a part into the last group, or into a new one.
+    fn add(
+        groups: &mut Vec<Self>,
+        index: usize,
+        thread: &ThreadTable,
+        share: f32,
+        numbers: [f32; K],
+    ) {
+        match groups.last_mut() {
+            Some(group) if group.threads.len() < PARTS => group.put(index, thread, share, numbers),
+            _ => groups.push(Self::of(index, thread, share, numbers)),
         }
     }
 }
@@ -91,6 +107,36 @@ pub(crate) struct GridGroup {
     pub(crate) starts: [[u32; PARTS]; 4],
     /// From one coefficient of u₀, from one tile, and from one coefficient of u₂ and u₃ to the next, in numbers.
     pub(crate) strides: [[u32; PARTS]; 4],
+    /// Segments of threads whose grids have rims, for pairs near these threads' horizons. Of each the thread is its lane here.
+    pub(crate) rims: Vec<SegmentGroup>,
+}
+
+/// Segments of one rule: frame, optics, arc.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SegmentGroup {
+    pub(crate) group: Group<12>,
+    /// The rule, of some thread.
+    pub(crate) nodes: PlacedNodes<f32>,
+}
+
+impl SegmentGroup {
+    /// Adds all segments of a thread.
+    fn add(groups: &mut Vec<Self>, index: usize, thread: &ThreadTable, nodes: &PlacedNodes<f32>) {
+        for arc in nodes.arcs() {
+            let numbers = [&thread.frame.numbers()[..], &thread.optics.numbers(), &arc].concat();
+            let numbers = numbers.try_into().expect("12 numbers");
+            let has_room = |group: &&mut Self| {
+                group.group.threads.len() < PARTS && group.nodes.is_as_for(nodes)
+            };
+            match groups.iter_mut().find(has_room) {
+                Some(group) => group.group.put(index, thread, 1.0, numbers),
+                None => groups.push(Self {
+                    group: Group::of(index, thread, 1.0, numbers),
+                    nodes: nodes.clone(),
+                }),
+            }
+        }
+    }
 }
 
 /// Of all threads; `None` where one of them is more than its parts side by side.
@@ -106,7 +152,10 @@ impl Parts {
             let optics = thread.optics.numbers();
             match &thread.segments {
                 Segments::None => {}
-                Segments::Grid(segments) if segments.rim.is_none() => {
+                Segments::Direct(nodes) => {
+                    SegmentGroup::add(&mut parts.segments, index, thread, nodes);
+                }
+                Segments::Grid(segments) => {
                     let grid = &segments.grid;
                     let has_all = grid.content == Content::Both && !grid.is_partial();
                     let coordinates = grid.coordinates.numbers().filter(|_| has_all)?;
@@ -115,7 +164,7 @@ impl Parts {
                     let numbers = numbers.try_into().expect("14 numbers");
                     Group::add(&mut grids, index, thread, 1.0, numbers);
                 }
-                Segments::Grid(_) | Segments::Direct(_) | Segments::Curve(_) => return None,
+                Segments::Curve(_) => return None,
             }
             for tilt in thread.tangents.tilts() {
                 let at = [tilt.cos, tilt.sin];
@@ -139,8 +188,16 @@ impl Parts {
 impl GridGroup {
     fn new(group: Group<14>, threads: &[ThreadTable]) -> Self {
         let (mut words, mut starts, mut strides) = (Vec::new(), [[0; PARTS]; 4], [[0; PARTS]; 4]);
-        let grids = group.threads.iter().filter_map(|thread| threads[*thread].grid());
-        for (lane, grid) in grids.enumerate() {
+        let mut rims = Vec::new();
+        for (lane, index) in group.threads.iter().enumerate() {
+            let thread = &threads[*index];
+            let Segments::Grid(segments) = &thread.segments else {
+                continue;
+            };
+            if let Some(nodes) = &segments.rim {
+                SegmentGroup::add(&mut rims, lane, thread, nodes);
+            }
+            let grid = &segments.grid;
             for (axis, start) in grid.axes.iter().zip(&mut starts) {
                 start[lane] = words.len() as u32;
                 words.extend(axis.words());
@@ -156,6 +213,19 @@ impl GridGroup {
             words,
             starts,
             strides,
+            rims,
+        }
+    }
+}
+
+/// Replaces the albedos of parts of these threads by others, where there are.
+#[inline(always)]
+pub(crate) fn dye(parts: &mut [[f32; PARTS]; 3], threads: &[usize], albedos: &[[f32; 3]]) {
+    for (lane, thread) in threads.iter().enumerate() {
+        if let Some(albedo) = albedos.get(*thread) {
+            for (to, albedo) in parts.iter_mut().zip(albedo) {
+                to[lane] = *albedo;
+            }
         }
     }
 }
