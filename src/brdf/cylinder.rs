@@ -11,7 +11,7 @@
 //! X = x_i + x_r and C = cos θ_i + cos θ_r, the sum of the two points (cos θ, sin θ) on the unit circle gives
 //!
 //! ```text
-//! θ_h = atan2(X, C),      4 cos² θ_d = X² + C²,      2 cos(φ_d/2) = |(cos φ_i, sin φ_i) + (cos φ_r, sin φ_r)|
+//! 4 cos² θ_d = X² + C²,      θ_h = 2 atan(X/(C + 2 cos θ_d)),      2 cos(φ_d/2) = |(cos φ_i, sin φ_i) + (cos φ_r, sin φ_r)|
 //! ```
 //!
 //! which are sums of squares: nothing cancels at grazing, along the thread or for opposite directions. p = cos ψ comes from
@@ -22,7 +22,7 @@
 //! deviation of a Gaussian of unit area; \[SBDJ13\] leaves both open.
 
 use super::psi::{Ordered, Psi};
-use crate::math::{Lanes, Real, Vec3, each, norm2, splat};
+use crate::math::{Lanes, Real, Vec3, each, norm2, splat, square2};
 
 /// Optical constants of the cylinders of a thread.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,8 @@ pub struct Optics<R> {
     pub gamma_s: R,
     /// Width γ_v of the volume lobe (standard deviation), radians, > 0.
     pub gamma_v: R,
+    /// 1/γ_s and 1/γ_v.
+    over_gamma: [R; 2],
 }
 
 impl Optics<f64> {
@@ -48,6 +50,7 @@ impl Optics<f64> {
             k_d,
             gamma_s,
             gamma_v,
+            over_gamma: [1.0 / gamma_s, 1.0 / gamma_v],
         }
     }
 }
@@ -62,7 +65,16 @@ impl<R: Real> Optics<R> {
             k_d: of(self.k_d),
             gamma_s: of(self.gamma_s),
             gamma_v: of(self.gamma_v),
+            over_gamma: [of(self.over_gamma[0]), of(self.over_gamma[1])],
         }
+    }
+}
+
+impl<R: Lanes> Optics<R> {
+    /// 1/γ_s and 1/γ_v.
+    #[inline(always)]
+    pub(super) fn over_gamma(&self) -> [R; 2] {
+        self.over_gamma
     }
 }
 
@@ -115,12 +127,14 @@ impl<R: Lanes> Response<R> {
 #[inline(always)]
 pub fn fresnel<R: Lanes>(contrast: R, cos: R) -> (R, R) {
     let cos2 = cos * cos;
-    let g = (contrast + cos2).sqrt();
+    let g = (contrast + cos2).max(R::of(UNSEEN * UNSEEN));
+    let g = g.sqrt_and_reciprocal().0;
     let s = cos + g;
     let p = s + contrast * cos;
     // Without an interface all is let through, but for cos = 0, where the ratios would be 0/0. With one, g² ≥ η² − 1.
-    let over_s = R::one() / s.max(R::of(TINY));
-    let over_p = R::one() / p.max(R::of(TINY));
+    let (s, p) = (s.max(R::of(UNSEEN)), p.max(R::of(UNSEEN)));
+    let over = (s * p).reciprocal();
+    let (over_s, over_p) = (p * over, s * over);
     let (c, two) = (contrast, R::of(2.0));
     let r_s = (c * over_s) * over_s;
     let r_p = (c * over_p) * (((c + two) * cos2 - R::one()) * over_p);
@@ -131,24 +145,30 @@ pub fn fresnel<R: Lanes>(contrast: R, cos: R) -> (R, R) {
     (reflected, entered)
 }
 
-/// Far below any cosine that single precision tells from 0.
-const TINY: f64 = 1e-30;
 /// A direction that rises less than this above a cylinder's horizon sees nothing of it: squares of what is smaller
 /// underflow in single precision, and quotients of them are lost.
 const UNSEEN: f64 = 1e-18;
 
-/// Gaussian of unit area and standard deviation `sigma` at `x`, g(γ, x).
+/// The exponent where Gaussians end: what is darker matters nowhere, and products of it are numbers that processors are slow with.
+const DARK: f64 = -60.0;
+
+/// Gaussian of unit area and standard deviation 1/`over_sigma` at `x`, g(γ, x).
 #[inline(always)]
-fn gaussian<R: Lanes>(sigma: R, x: R) -> R {
-    let t = x / sigma;
-    (R::of(-0.5) * t * t).exp() * R::of(0.398_942_280_401_432_7) / sigma
+fn gaussian<R: Lanes>(over_sigma: R, x: R) -> R {
+    let t = x * over_sigma;
+    let exponent = (R::of(-0.5) * t * t).max(R::of(DARK));
+    exponent.exp() * R::of(0.398_942_280_401_432_7) * over_sigma
 }
 
-/// u: Gaussian of unit height and standard deviation `sigma`, from the half-angle sine and cosine of the angle.
+/// u: Gaussian of unit height and standard deviation 1/`over_sigma` of an angle within ±180°, from its sine and the cosine of half of
+/// it. (Near 180° the quotient is one of small numbers, where u is none.)
 #[inline(always)]
-fn correlation<R: Lanes>(sigma: R, sin_half: R, cos_half: R) -> R {
-    let t = R::of(2.0) * sin_half.atan2(cos_half) / sigma;
-    (R::of(-0.5) * t * t).exp()
+fn correlation<R: Lanes>(over_sigma: R, sin: R, cos_half: R) -> R {
+    let one = R::one();
+    let under = R::of(2.0) * cos_half * (one + cos_half);
+    let quarter_tangent = (sin.abs() * under.max(R::of(UNSEEN)).reciprocal()).min(one);
+    let t = R::of(2.0) * quarter_tangent.twice_atan() * over_sigma;
+    (R::of(-0.5) * t * t).max(R::of(DARK)).exp()
 }
 
 /// The blend of independent and fully correlated visibility, 3.22 and 3.25.
@@ -167,7 +187,8 @@ pub struct ThreadPair<R: Lanes> {
     /// √(x² + z²), the lengths of the directions' projections into the plane of thread and normal.
     r_i: R,
     r_r: R,
-    sigma_u: R,
+    /// 1/σ of u.
+    over_sigma_u: R,
     u_psi: R,
 }
 
@@ -176,10 +197,11 @@ impl<R: Lanes> ThreadPair<R> {
     #[inline(always)]
     pub fn new(wi: Vec3<R>, wr: Vec3<R>, sigma_u: R) -> Self {
         let ((a, r_i), (b, r_r)) = (Psi::of(wi), Psi::of(wr));
+        let over_sigma_u = R::one() / sigma_u;
         let u_psi = correlation(
-            sigma_u,
-            norm2(a.sin - b.sin, a.cos - b.cos),
-            norm2(a.sin + b.sin, a.cos + b.cos),
+            over_sigma_u,
+            a.sin * b.cos - a.cos * b.sin,
+            R::of(0.5) * norm2(a.sin + b.sin, a.cos + b.cos),
         );
         Self {
             wi,
@@ -188,7 +210,7 @@ impl<R: Lanes> ThreadPair<R> {
             psi_r: b,
             r_i,
             r_r,
-            sigma_u,
+            over_sigma_u,
             u_psi,
         }
     }
@@ -230,8 +252,11 @@ impl<R: Lanes> ThreadPair<R> {
     /// P at the tilt with the given cosine and sine, 3.25.
     #[inline(always)]
     pub fn visibility(&self, cos_delta: R, sin_delta: R) -> R {
-        let p = |psi: Psi<R>| psi.facing(cos_delta, sin_delta).max(R::zero());
-        blend(self.u_psi, p(self.psi_i), p(self.psi_r))
+        blend(
+            self.u_psi,
+            self.psi_i.facing(cos_delta, sin_delta).max(R::zero()),
+            self.psi_r.facing(cos_delta, sin_delta).max(R::zero()),
+        )
     }
 
     /// S and V of the cylinder tilted by δ, given as cos δ and sin δ.
@@ -257,30 +282,36 @@ impl<R: Lanes> ThreadPair<R> {
         let (z_i, z_r) = (self.r_i * p_i, self.r_r * p_r);
         let visible = R::both(R::of(UNSEEN).lt(z_i), R::of(UNSEEN).lt(z_r));
         let (y_i, y_r) = (self.wi[1], self.wr[1]);
-        let (cos_i, cos_r) = (norm2(y_i, z_i), norm2(y_r, z_r));
+        let (half, least) = (R::of(0.5), R::of(UNSEEN * UNSEEN));
+        let (cos_i, over_i) = square2(y_i, z_i).max(least).sqrt_and_reciprocal();
+        let (cos_r, over_r) = square2(y_r, z_r).max(least).sqrt_and_reciprocal();
         let cos_sum = cos_i + cos_r;
-        let theta_h = x_sum.atan2(cos_sum);
-        let cos2_theta_d = R::of(0.25) * (x_sum * x_sum + cos_sum * cos_sum);
+        let (cos_theta_d_2, over_theta_d_2) = square2(x_sum, cos_sum).sqrt_and_reciprocal();
+        // tan(θ_h/2) = X/(C + √(X²+C²)).
+        let beyond = cos_sum + cos_theta_d_2;
+        let over = (beyond * cos_sum).reciprocal();
+        let (theta_h, over_sum) = ((x_sum * cos_sum * over).twice_atan(), beyond * over);
 
-        let (sin_phi_i, m_i) = (y_i / cos_i, z_i / cos_i);
-        let (sin_phi_r, m_r) = (y_r / cos_r, z_r / cos_r);
-        let half = R::of(0.5);
-        let cos_half_phi_d = half * norm2(sin_phi_i + sin_phi_r, m_i + m_r);
-        let sin_half_phi_d = half * norm2(sin_phi_i - sin_phi_r, m_i - m_r);
-        let u_phi = correlation(self.sigma_u, sin_half_phi_d, cos_half_phi_d);
+        let (sin_phi_i, m_i) = (y_i * over_i, z_i * over_i);
+        let (sin_phi_r, m_r) = (y_r * over_r, z_r * over_r);
+        let facing = square2(sin_phi_i + sin_phi_r, m_i + m_r).max(least);
+        let cos_half_phi_d = half * facing.sqrt_and_reciprocal().0;
+        let sin_phi_d = sin_phi_i * m_r - m_i * sin_phi_r;
+        let u_phi = correlation(self.over_sigma_u, sin_phi_d, cos_half_phi_d);
         let masking = blend(u_phi, m_i, m_r);
         let visibility = blend(self.u_psi, p_i, p_r);
-        let common = masking * visibility * cos_i / cos2_theta_d;
+        let over_theta_d = R::of(2.0) * over_theta_d_2;
+        let common = masking * visibility * cos_i * (over_theta_d * over_theta_d);
         let common = R::select(visible, common, R::zero());
 
         let (reflected, entered) = fresnel(
             optics.contrast,
-            (cos2_theta_d.sqrt() * cos_half_phi_d).min(R::one()),
+            (half * cos_theta_d_2 * cos_half_phi_d).min(R::one()),
         );
         let entered = entered * entered;
-        let surface_lobe = gaussian(optics.gamma_s, theta_h);
-        let volume_lobe = gaussian(optics.gamma_v, theta_h);
-        let scattered = R::select(visible, common * entered / cos_sum, R::zero());
+        let surface_lobe = gaussian(optics.over_gamma[0], theta_h);
+        let volume_lobe = gaussian(optics.over_gamma[1], theta_h);
+        let scattered = R::select(visible, common * entered * over_sum, R::zero());
         let surface = common * reflected * cos_half_phi_d * surface_lobe;
         Scattered {
             surface: R::select(visible, surface, R::zero()),
@@ -304,7 +335,7 @@ impl<R: Real> ThreadPair<R> {
             psi_r: self.psi_r.splat(),
             r_i: splat(self.r_i),
             r_r: splat(self.r_r),
-            sigma_u: splat(self.sigma_u),
+            over_sigma_u: splat(self.over_sigma_u),
             u_psi: splat(self.u_psi),
         }
     }

@@ -63,8 +63,10 @@ const EVEN: f64 = 4.0;
 const STIFF: f64 = 200.0;
 /// One γ over the other from which on its lobe counts as wide.
 const WIDE_LOBE: f64 = 8.0;
-/// Keeps slopes and half-angle tangents finite.
+/// Keeps slopes and half-angle tangents finite …
 const SMALL: f64 = 1e-6;
+/// … and products of two quotients' denominators.
+const SMALLEST: f64 = 1e-18;
 
 /// A thread's segments, prepared.
 #[derive(Debug, Clone, PartialEq)]
@@ -176,16 +178,31 @@ struct End<L> {
 }
 
 impl<L: Lanes> End<L> {
+    /// Two ends in q, with 1/(1 + q²), by the map of a width 1/`over_width`.
     #[inline(always)]
-    fn new(q: L, width: L) -> Self {
-        let x = q / width;
-        let stretch = L::of(0.5) * (L::one() + (L::one() + L::of(4.0) * x * x).sqrt());
-        Self {
-            q,
-            over: L::one() / (L::one() + q * q),
-            t: x / stretch,
-            stretch,
-        }
+    fn both([a, b]: [(L, L); 2], over_width: L) -> (Self, Self) {
+        let (x_a, x_b) = (a.0 * over_width, b.0 * over_width);
+        let (stretch_a, stretch_b) = (Self::stretch(x_a), Self::stretch(x_b));
+        let over = L::one() / (stretch_a * stretch_b);
+        (
+            Self {
+                q: a.0,
+                over: a.1,
+                t: x_a * stretch_b * over,
+                stretch: stretch_a,
+            },
+            Self {
+                q: b.0,
+                over: b.1,
+                t: x_b * stretch_a * over,
+                stretch: stretch_b,
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn stretch(x: L) -> L {
+        L::of(0.5) * (L::one() + (L::one() + L::of(4.0) * x * x).sqrt())
     }
 
     /// cos and sin of what the tilt differs from that at a `distance` ≥ 0 in q, at `q`; `over` is 1/(1 + q²).
@@ -203,45 +220,61 @@ impl<'a, L: Lanes> Highlight<'a, L> {
     fn new(pair: &'a ThreadPair<L>, optics: &Optics<L>, half_reach: L) -> Self {
         let (wi, wr) = (pair.wi(), pair.wr());
         let order = pair.order();
-        let choose = |i: L, r: L| {
-            [
-                L::select(order.is_swapped, r, i),
-                L::select(order.is_swapped, i, r),
-            ]
-        };
         let [r_i, r_r] = pair.radii();
-        let radii = choose(r_i, r_r);
 
         let (h_t, h_n) = (wi[0] + wr[0], wi[2] + wr[2]);
         let h = norm2(h_t, h_n).max(L::of(TINY));
-        let (cos, sin) = (h_n / h, h_t / h);
-        let turn = |w: Vec3<L>| [cos * w[0] - sin * w[2], cos * w[2] + sin * w[0]];
-        let ([x, z_i], [_, z_r]) = (turn(wi), turn(wr));
+        let over = L::one() / h;
+        let (cos, sin) = (h_n * over, h_t * over);
+        let (x, z_i) = turned(wi, cos, sin);
+        let (_, z_r) = turned(wr, cos, sin);
         let x = x.abs();
-        let [z_first, z_last] = choose(z_i, z_r);
-        let slope = h / (L::of(2.0) * norm2(wi[1], z_i).max(L::of(SMALL)));
+        let [z_first, z_last] = order.sort(z_i, z_r);
+        // 1/K, up to 1000.
+        let over_slope = L::of(2.0) * norm2(wi[1], z_i).max(L::of(SMALL)) * over;
+        let over_slope = over_slope.min(L::of(1e3));
+        let width = half_reach * optics.gamma_s.min(optics.gamma_v) * over_slope;
+        let [down, up] = horizons(x, [z_first, z_last]);
         Self {
             pair,
+            radii: order.sort(r_i, r_r),
+            sides: order.sort(wi[1], wr[1]),
             order,
-            radii,
-            sides: choose(wi[1], wr[1]),
             h,
             cos,
             sin,
-            low: -horizon(x, z_first),
-            up: horizon(x, z_last),
-            width: half_reach * optics.gamma_s.min(optics.gamma_v) / slope.max(L::of(1e-3)),
+            low: -down,
+            up,
+            width,
         }
     }
 
-    /// q of a tilt, or of the end of what is visible.
+    /// q and 1/(1 + q²) of the ends of a segment, or of the ends of what is visible.
     #[inline(always)]
-    fn q<R: Real>(&self, [cos_o, sin_o]: [R; 2]) -> L {
+    fn ends<R: Real>(&self, segment: &Arc<R>) -> [(L, L); 2] {
+        let one = L::one();
+        let (sin_a, cos_a) = self.turned(segment.from);
+        let (sin_b, cos_b) = self.turned(segment.to);
+        let (under_a, under_b) = (
+            (one + cos_a).max(L::of(SMALL)),
+            (one + cos_b).max(L::of(SMALL)),
+        );
+        let over = one / (under_a * under_b);
+        let q_a = (sin_a * under_b * over).min(self.up).max(self.low);
+        let q_b = (sin_b * under_a * over).min(self.up).max(self.low);
+        let (square_a, square_b) = (one + q_a * q_a, one + q_b * q_b);
+        let over = one / (square_a * square_b);
+        [(q_a, square_b * over), (q_b, square_a * over)]
+    }
+
+    /// sin β and cos β of a tilt.
+    #[inline(always)]
+    fn turned<R: Real>(&self, [cos_o, sin_o]: [R; 2]) -> (L, L) {
         let (cos_o, sin_o) = (splat::<R, L>(cos_o), splat::<R, L>(sin_o));
-        let cos = cos_o * self.cos - sin_o * self.sin;
-        let sin = sin_o * self.cos + cos_o * self.sin;
-        let q = sin / (L::one() + cos).max(L::of(SMALL));
-        q.min(self.up).max(self.low)
+        (
+            sin_o * self.cos + cos_o * self.sin,
+            cos_o * self.cos - sin_o * self.sin,
+        )
     }
 
     /// θ_h at an end, where `first` and `last` are the cosines of β. x_i' + x_r' = |H_nt| sin β: nothing cancels.
@@ -267,18 +300,19 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         nodes: &PlacedNodes<R>,
     ) -> Response<L> {
         let seen = self.order.seen(segment);
-        let (q_a, q_b) = (self.q(segment.from), self.q(segment.to));
-        let near = self.sum(optics, &seen, q_a, q_b, self.width, &nodes.nodes);
-        let end = |q: L| (q, L::one() / (L::one() + q * q));
-        let theta_a = self.theta_h(end(q_a), seen.first[0].cos, seen.last[0].cos);
-        let theta_b = self.theta_h(end(q_b), seen.first[1].cos, seen.last[1].cos);
-        let exact = |gamma: L, area: L| exactness(gamma, theta_a, theta_b, area);
-        let surface = |sums: &Sums<L>| sums.surface * exact(optics.gamma_s, sums.surface_area);
-        let lobe = |sums: &Sums<L>| sums.lobe * exact(optics.gamma_v, sums.volume_area);
+        let ends = self.ends(segment);
+        let theta_a = self.theta_h(ends[0], seen.first[0].cos, seen.last[0].cos);
+        let theta_b = self.theta_h(ends[1], seen.first[1].cos, seen.last[1].cos);
+        let near = self.sum(optics, &seen, ends, self.width, &nodes.nodes);
         if !nodes.is_stiff {
+            let [surface, lobe] = exactness(
+                optics.over_gamma(),
+                [theta_a, theta_b],
+                [near.surface_area, near.volume_area],
+            );
             return Response {
-                surface: surface(&near),
-                volume: lobe(&near) + near.isotropic,
+                surface: near.surface * surface,
+                volume: near.lobe * lobe + near.isotropic,
             };
         }
         let (narrower, wider) = (
@@ -290,11 +324,17 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         } else {
             L::of(EVEN)
         };
-        let wide = self.sum(optics, &seen, q_a, q_b, width, &nodes.nodes);
-        let of = |is_wide: bool| if is_wide { &wide } else { &near };
+        let wide = self.sum(optics, &seen, ends, width, &nodes.nodes);
+        let of_surface = if nodes.surface_is_wide { &wide } else { &near };
+        let of_volume = if nodes.volume_is_wide { &wide } else { &near };
+        let [surface, lobe] = exactness(
+            optics.over_gamma(),
+            [theta_a, theta_b],
+            [of_surface.surface_area, of_volume.volume_area],
+        );
         Response {
-            surface: surface(of(nodes.surface_is_wide)),
-            volume: lobe(of(nodes.volume_is_wide)) + wide.isotropic,
+            surface: of_surface.surface * surface,
+            volume: of_volume.lobe * lobe + wide.isotropic,
         }
     }
 
@@ -304,13 +344,12 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         &self,
         optics: &Optics<L>,
         seen: &Seen<L>,
-        q_a: L,
-        q_b: L,
+        ends: [(L, L); 2],
         width: L,
         nodes: &[[R; 2]],
     ) -> Sums<L> {
         let (one, half) = (L::one(), L::of(0.5));
-        let (a, b) = (End::new(q_a, width), End::new(q_b, width));
+        let (a, b) = End::both(ends, one / width);
         // t_b − t_a: where the ends are close together, from the width that is seen.
         let product = one + a.q * b.q;
         let apart = L::select(
@@ -323,16 +362,10 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         let length = L::select(length.lt(half), close, length).max(L::zero());
         let half_length = half * length;
         // 1 + t and 1 − t, which are small beside a narrow highlight.
-        let above = L::select(
-            a.t.lt(L::zero()),
-            one / (a.stretch * (one - a.t)),
-            one + a.t,
-        );
-        let below = L::select(
-            L::zero().lt(b.t),
-            one / (b.stretch * (one + b.t)),
-            one - b.t,
-        );
+        let (under_a, under_b) = (a.stretch * (one - a.t), b.stretch * (one + b.t));
+        let over = one / (under_a * under_b);
+        let above = L::select(a.t.lt(L::zero()), under_b * over, one + a.t);
+        let below = L::select(L::zero().lt(b.t), under_a * over, one - b.t);
         let (first_a, last_b) = (seen.first[0], seen.last[1]);
 
         let mut sums = Sums::zero();
@@ -341,9 +374,12 @@ impl<'a, L: Lanes> Highlight<'a, L> {
             let (from_a, to_b) = (half_length * (one + node), half_length * (one - node));
             let (up, down) = (above + from_a, below + to_b);
             let t = half * (up - down);
-            let stretch = one / (up * down);
-            let q = width * t * stretch;
-            let over = one / (one + q * q);
+            // 1/(1 − t²) and 1/(1 + q²) by one division.
+            let (under, x) = (up * down, width * t);
+            let (under2, x2) = (under * under, x * x);
+            let both = (under * (under2 + x2)).reciprocal();
+            let (stretch, over) = ((under2 + x2) * both, under2 * under * both);
+            let q = x * stretch;
             let jacobian = (one + t * t) * stretch * stretch * over;
             let weight = L::of(2.0) * half_length * width * splat::<R, L>(*weight) * jacobian;
 
@@ -353,16 +389,15 @@ impl<'a, L: Lanes> Highlight<'a, L> {
             let first = first_a.cos * cos - first_a.sin * sin;
             let (cos, sin) = b.turn(q, over, distance * b.stretch * to_b * (one + t * b.t));
             let last = last_b.cos * cos + last_b.sin * sin;
-            let p_i = L::select(self.order.is_swapped, last, first);
-            let p_r = L::select(self.order.is_swapped, first, last);
+            let [p_i, p_r] = self.order.sort(first, last);
 
             let parts = self.pair.scatter(optics, p_i, p_r, self.x_sum(q, over));
-            sums.surface += weight * parts.surface;
-            sums.lobe += weight * parts.lobe;
-            sums.isotropic += weight * parts.isotropic;
+            sums.surface = weight.mul_add(parts.surface, sums.surface);
+            sums.lobe = weight.mul_add(parts.lobe, sums.lobe);
+            sums.isotropic = weight.mul_add(parts.isotropic, sums.isotropic);
             let slope = weight * parts.slope;
-            sums.surface_area += slope * parts.surface_lobe;
-            sums.volume_area += slope * parts.volume_lobe;
+            sums.surface_area = slope.mul_add(parts.surface_lobe, sums.surface_area);
+            sums.volume_area = slope.mul_add(parts.volume_lobe, sums.volume_area);
         }
         sums
     }
@@ -391,34 +426,65 @@ impl<L: Lanes> Sums<L> {
     }
 }
 
-/// A(γ) over what the nodes make of it, `summed`; 1 where the segment is narrow against the lobe.
+/// A(γ) of both lobes over what the nodes make of it, `summed`; 1 where the segment is narrow against the lobe.
 #[inline(always)]
-fn exactness<L: Lanes>(gamma: L, theta_a: L, theta_b: L, summed: L) -> L {
-    let k = L::of(FRAC_1_SQRT_2) / gamma;
-    let (rest_a, rest_b) = (erfc_abs(k * theta_a), erfc_abs(k * theta_b));
+fn exactness<L: Lanes>(over_gamma: [L; 2], [theta_a, theta_b]: [L; 2], summed: [L; 2]) -> [L; 2] {
+    let one = L::one();
+    let k = L::of(FRAC_1_SQRT_2);
+    let [k_s, k_v] = [k * over_gamma[0], k * over_gamma[1]];
+    let (a_s, b_s) = (erfc_root(k_s * theta_a), erfc_root(k_s * theta_b));
+    let (a_v, b_v) = (erfc_root(k_v * theta_a), erfc_root(k_v * theta_b));
+    let over_s = one / (a_s * b_s);
+    let over_v = one / (a_v * b_v);
+    let is_across = L::both(theta_a.lt(L::zero()), L::zero().lt(theta_b));
+    let area_s = area(is_across, sixteenth(b_s * over_s), sixteenth(a_s * over_s));
+    let area_v = area(is_across, sixteenth(b_v * over_v), sixteenth(a_v * over_v));
+    let least = L::of(SMALLEST);
+    let summed = [
+        summed[0].max(L::zero()) + least,
+        summed[1].max(L::zero()) + least,
+    ];
+    let over = one / (summed[0] * summed[1]);
+    let length = theta_b - theta_a;
+    let is_narrow_s = (length * over_gamma[0]).lt(L::of(NARROW));
+    let is_narrow_v = (length * over_gamma[1]).lt(L::of(NARROW));
+    [
+        L::select(is_narrow_s, one, area_s * summed[1] * over),
+        L::select(is_narrow_v, one, area_v * summed[0] * over),
+    ]
+}
+
+/// ∫ g(γ, θ) dθ between angles beyond which there are these parts of it, twice.
+#[inline(always)]
+fn area<L: Lanes>(is_across: L::Mask, rest_a: L, rest_b: L) -> L {
     // On one side of the highlight the difference of what is beyond: far out both are small, and so is its error.
     let beside = (rest_a - rest_b).abs();
     let across = L::of(2.0) - rest_a - rest_b;
-    let is_across = L::both(theta_a.lt(L::zero()), L::zero().lt(theta_b));
-    let area = L::of(0.5) * L::select(is_across, across, beside);
-    let is_narrow = (theta_b - theta_a).lt(L::of(NARROW) * gamma);
-    L::select(
-        is_narrow,
-        L::one(),
-        area / (summed.max(L::zero()) + L::of(TINY)),
-    )
+    L::of(0.5) * L::select(is_across, across, beside)
 }
 
-/// q at which a direction with |x'| = `x` and z' = `z` passes behind the thread.
+/// |x'| and z' of a direction in the frame turned to the highlight, but for the sign of x'.
 #[inline(always)]
-fn horizon<L: Lanes>(x: L, z: L) -> L {
+fn turned<L: Lanes>(w: Vec3<L>, cos: L, sin: L) -> (L, L) {
+    (cos * w[0] - sin * w[2], cos * w[2] + sin * w[0])
+}
+
+/// q at which directions with |x'| = `x` and z' = `z` pass behind the thread.
+#[inline(always)]
+fn horizons<L: Lanes>(x: L, [z_a, z_b]: [L; 2]) -> [L; 2] {
     // The half of an angle of the point (x, z): nothing cancels, since x ≥ 0.
-    (z / (norm2(x, z) + x + L::of(TINY))).min(L::one())
+    let under_a = norm2(x, z_a) + x + L::of(SMALLEST);
+    let under_b = norm2(x, z_b) + x + L::of(SMALLEST);
+    let over = L::one() / (under_a * under_b);
+    [
+        (z_a * under_b * over).min(L::one()),
+        (z_b * under_a * over).min(L::one()),
+    ]
 }
 
-/// 1 − erf|x| to 3e-7: M. Abramowitz, I. Stegun, *Handbook of Mathematical Functions*, 1964, 7.1.28.
+/// (1 − erf|x|)^(−1/16) to 3e-7 of 1 − erf|x|: M. Abramowitz, I. Stegun, *Handbook of Mathematical Functions*, 1964, 7.1.28.
 #[inline(always)]
-fn erfc_abs<L: Lanes>(x: L) -> L {
+fn erfc_root<L: Lanes>(x: L) -> L {
     const TERMS: [f64; 6] = [
         0.070_523_078_4,
         0.042_282_012_3,
@@ -432,7 +498,12 @@ fn erfc_abs<L: Lanes>(x: L) -> L {
     for term in TERMS.into_iter().rev() {
         sum = (sum + L::of(term)) * a;
     }
-    let r = L::one() / (L::one() + sum);
+    L::one() + sum
+}
+
+/// The sixteenth power.
+#[inline(always)]
+fn sixteenth<L: Lanes>(r: L) -> L {
     let r2 = r * r;
     let r4 = r2 * r2;
     let r8 = r4 * r4;

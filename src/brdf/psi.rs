@@ -18,10 +18,10 @@ impl<L: Lanes> Psi<L> {
     #[inline(always)]
     pub(super) fn of(w: Vec3<L>) -> (Self, L) {
         let r = norm2(w[0], w[2]);
-        let defined = L::zero().lt(r);
+        let (defined, over) = (L::zero().lt(r), L::one() / r);
         let psi = Self {
-            sin: L::select(defined, w[0] / r, L::zero()),
-            cos: L::select(defined, w[2] / r, L::one()),
+            sin: L::select(defined, w[0] * over, L::zero()),
+            cos: L::select(defined, w[2] * over, L::one()),
         };
         (psi, r)
     }
@@ -151,6 +151,15 @@ impl<L: Lanes> Ordered<L> {
         }
     }
 
+    /// What belongs to two directions in the order of their angles, or the other way round.
+    #[inline(always)]
+    pub(super) fn sort(&self, a: L, b: L) -> [L; 2] {
+        [
+            L::select(self.is_swapped, b, a),
+            L::select(self.is_swapped, a, b),
+        ]
+    }
+
     /// Minus half the angle between: `first` where both are as far from 0.
     #[inline(always)]
     pub(super) fn half_back(&self) -> Psi<L> {
@@ -165,26 +174,29 @@ impl<L: Lanes> Ordered<L> {
         }
     }
 
+    /// Where one direction is at its horizon, the other is as far from there as they are apart.
+    #[inline(always)]
+    fn apart(&self, sin: L, sign: L) -> Psi<L> {
+        Psi {
+            sin: sin * self.cos_between,
+            cos: sign * sin * self.sin_between,
+        }
+    }
+
     /// The tilts of an arc that both directions see.
     #[inline(always)]
     pub(super) fn seen<R: Real>(&self, arc: &Arc<R>) -> Seen<L> {
-        // Where one direction is at its horizon, the other is as far from there as they are apart.
-        let apart = |sin: L, sign: L| Psi {
-            sin: sin * self.cos_between,
-            cos: sign * sin * self.sin_between,
-        };
         let (from, to) = (self.first.turned(arc.from), self.last.turned(arc.to));
         let (first_a, last_b) = (from.visible(), to.visible());
         let (is_from, is_to) = (L::zero().lt(from.cos), L::zero().lt(to.cos));
         let last_a = self.last.turned(arc.from);
-        let last_a = Psi::select(is_from, last_a, apart(first_a.sin, L::of(-1.0)));
+        let last_a = Psi::select(is_from, last_a, self.apart(first_a.sin, L::of(-1.0)));
         let first_b = self.first.turned(arc.to);
-        let first_b = Psi::select(is_to, first_b, apart(last_b.sin, L::one()));
+        let first_b = Psi::select(is_to, first_b, self.apart(last_b.sin, L::one()));
         // Near an end of visibility the width is as small as the cosine of the direction that ends there.
-        let narrowed = L::select(
-            is_to,
-            half_tangent(first_a, first_b),
-            half_tangent(last_a, last_b),
+        let narrowed = half_tangent(
+            Psi::select(is_to, first_a, last_a),
+            Psi::select(is_to, first_b, last_b),
         );
         Seen {
             half_tangent: L::select(L::both(is_from, is_to), splat(arc.half_tangent), narrowed),

@@ -32,6 +32,17 @@ pub trait Lanes:
     fn of(x: f64) -> Self;
     /// The square root.
     fn sqrt(self) -> Self;
+    /// 1/`self`, of normal numbers whose reciprocal is normal; where it is fast to within a unit in the last place or two.
+    #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Self::one() / self
+    }
+    /// The square root and its reciprocal, likewise.
+    #[inline(always)]
+    fn sqrt_and_reciprocal(self) -> (Self, Self) {
+        let root = self.sqrt();
+        (root, Self::one() / root)
+    }
     /// The absolute value.
     fn abs(self) -> Self;
     /// The smaller; `other` where `self` is NaN.
@@ -89,7 +100,13 @@ pub fn each<A, B>([x, y, z]: [A; 3], f: impl Fn(A) -> B) -> [B; 3] {
 /// underflow belong to components that no longer matter.
 #[inline(always)]
 pub fn norm2<R: Lanes>(x: R, y: R) -> R {
-    (x * x + y * y).sqrt()
+    square2(x, y).sqrt()
+}
+
+/// x² + y².
+#[inline(always)]
+pub fn square2<R: Lanes>(x: R, y: R) -> R {
+    x.mul_add(x, y * y)
 }
 
 /// `v` scaled to unit length, or `None` when it is zero, infinite or NaN.
