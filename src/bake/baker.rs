@@ -173,8 +173,9 @@ impl<'a> Baker<'a> {
                     parameters.nodes = nodes;
                     Grids::None
                 }
-                Some(Representation::Grid(planned)) => {
-                    Grids::Segments(fill(thread, *planned, scope.content(thread))?)
+                Some(Representation::Grid { grid, nodes }) => {
+                    parameters.nodes = nodes;
+                    Grids::Segments(fill(thread, *grid, scope.content(thread))?)
                 }
                 Some(Representation::Curve {
                     response,

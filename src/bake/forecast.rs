@@ -79,7 +79,7 @@ pub fn forecast(
         .zip(plans)
         .map(|(Survey { thread, .. }, plan)| {
             let planned = match plan {
-                Some(Representation::Grid(planned)) => Some(planned),
+                Some(Representation::Grid { grid, .. }) => Some(grid),
                 Some(Representation::Curve { response, .. }) => Some(response),
                 Some(Representation::Direct(_)) | None => None,
             };

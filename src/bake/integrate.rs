@@ -30,11 +30,12 @@ enum Function {
 }
 
 impl Integrand {
-    /// S and V of the segments of a straight thread.
+    /// S and V of the segments of a straight thread, in a box that ends at a `rim`.
     pub(super) fn of_segments(
         fabric: &Fabric,
         thread: &Thread,
         chart: Chart,
+        rim: Rim,
         tolerance: f64,
     ) -> Self {
         let curve = thread.tangents::<f64>();
@@ -47,7 +48,7 @@ impl Integrand {
             chart,
             ends_fold: segments.segments_are_symmetric(),
             sides_fold: true,
-            rim: Rim::NONE,
+            rim,
         };
         let function = Function::Segments {
             optics: thread.optics,
@@ -139,13 +140,23 @@ impl Integrand {
 
     /// The function at a point of the box, or beside it where the point is on a face.
     pub(super) fn at_point(&self, u: [f64; 4]) -> Response<f64> {
+        let (wi, wr) = self.pair_at(u);
+        self.at_pair(wi, wr)
+    }
+
+    /// The box's share in the value of the pair at a point: see [`Rim::share_of_box`].
+    pub(super) fn share_at(&self, u: [f64; 4]) -> f64 {
+        let (wi, wr) = self.pair_at(u);
+        self.coordinates.share_of_box(wi, wr)
+    }
+
+    fn pair_at(&self, u: [f64; 4]) -> (Vec3<f64>, Vec3<f64>) {
         let faces = self.coordinates.is_face();
         let inside = [0, 1, 2, 3].map(|k| {
             let [low, high] = faces[k].map(|is_face| if is_face { INSET } else { 0.0 });
             u[k].clamp(low, 1.0 - high)
         });
-        let (wi, wr) = self.coordinates.directions(inside);
-        self.at_pair(wi, wr)
+        self.coordinates.directions(inside)
     }
 }
 

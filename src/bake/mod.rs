@@ -17,6 +17,7 @@ mod encode;
 mod forecast;
 mod integrate;
 mod plan;
+mod price;
 mod promise;
 mod provenance;
 mod request;
@@ -27,8 +28,9 @@ mod survey;
 
 pub use baker::{Baked, Baker, bake};
 pub use budget::{Budget, Cost};
-pub use choose::{Choice, Direct};
+pub use choose::{Choice, Direct, RimChoice};
 pub use forecast::{Forecast, GridForecast, Projection, ThreadForecast, forecast};
+pub use price::For;
 pub use promise::{Adapted, Promise};
 pub use provenance::{FabricText, Provenance};
 pub use request::{Goal, Request};

@@ -34,7 +34,7 @@ const SEED: u64 = 1;
 /// A grid's axes.
 pub(super) struct Plan {
     pub(super) axes: [Axis; 4],
-    /// The mean relative error to expect.
+    /// The mean relative error to expect; beyond a rim 0.
     pub(super) error: f64,
 }
 
@@ -66,19 +66,22 @@ impl Ladders {
         let brightest = thread.albedo.iter().copied().fold(0.0, f64::max);
         let pairs = protocol_pairs(fabric, rank * LINES, SEED);
         let steps = progress.steps(rank * LINES);
-        let places: Vec<([f64; 4], f64)> = pairs
+        let places: Vec<Place> = pairs
             .par_iter()
             .map(|pair| {
                 steps.check()?;
                 let (wi, wr) = (frame.to_thread(pair.wi), frame.to_thread(pair.wr));
                 let response = integrand.at_pair(wi, wr);
-                Ok((
-                    coordinates.of(wi, wr),
-                    response.surface + brightest * response.volume,
-                ))
+                Ok(Place {
+                    u: coordinates.of(wi, wr),
+                    share: coordinates.share_of_box(wi, wr),
+                    value: response.surface + brightest * response.volume,
+                })
             })
             .collect::<Result<_, _>>()?;
-        let mean = places.iter().map(|(_, value)| value).sum::<f64>() / places.len() as f64;
+        let mean_of =
+            |of: fn(&Place) -> f64| places.iter().map(of).sum::<f64>() / places.len() as f64;
+        let (mean, share) = (mean_of(|place| place.value), mean_of(|place| place.share));
         let size = Size {
             albedo: brightest,
             floor: 0.01 * mean,
@@ -87,16 +90,17 @@ impl Ladders {
         let mut ladders = Vec::with_capacity(rank);
         for k in 0..rank {
             let scale = Scale::new(k, thread, coordinates);
-            let sample = |u: &[f64; 4]| {
-                let sample = Line::sample(integrand, &scale, k, *u, encoding, &size, &steps)?;
+            let sample = |place: &Place| {
+                let sample = Line::sample(integrand, &scale, k, place, encoding, &size, &steps)?;
                 steps.advance().map(|()| sample)
             };
             let places = &places[k * LINES..(k + 1) * LINES];
             let lines: Vec<Line> = places
                 .par_iter()
-                .map(|(u, _)| sample(u))
+                .filter(|place| place.share > 0.0)
+                .map(sample)
                 .collect::<Result<_, _>>()?;
-            ladders.push(Ladder::climb(scale, &lines, &steps)?);
+            ladders.push(Ladder::climb(scale, &lines, share, &steps)?);
         }
         Ok(Self(ladders))
     }
@@ -216,6 +220,14 @@ impl Scale {
     }
 }
 
+/// A pair of the protocol.
+struct Place {
+    u: [f64; 4],
+    /// That of the box in the pair's value.
+    share: f64,
+    value: f64,
+}
+
 /// What errors are relative to: S + `albedo` V + `floor`.
 struct Size {
     albedo: f64,
@@ -226,8 +238,10 @@ struct Size {
 struct Line {
     /// The quantity that splines are of, both channels.
     quantity: Vec<[f64; 2]>,
-    /// By how much relative error grows with it.
+    /// By how much relative error grows with it, times the share of the box.
     weights: Vec<[f64; 2]>,
+    /// The sum of these shares.
+    shares: f64,
 }
 
 impl Line {
@@ -235,28 +249,36 @@ impl Line {
         integrand: &Integrand,
         scale: &Scale,
         k: usize,
-        mut u: [f64; 4],
+        place: &Place,
         encoding: Encoding,
         &Size { albedo, floor }: &Size,
         steps: &Steps<'_>,
     ) -> Result<Self, Cancelled> {
-        let at = |place: usize| {
+        let mut u = place.u;
+        let mut shares = 0.0;
+        let at = |at: usize| {
             steps.check()?;
-            u[k] = scale.at(place);
+            u[k] = scale.at(at);
+            let share = place.share * integrand.share_at(u);
+            shares += share;
             let response = integrand.at_point(u);
             let values = [response.surface, response.volume];
             let quantity = values.map(|value| encoding.encode(value));
             let total = response.surface + albedo * response.volume + floor;
             let slope = |q: f64| if encoding.is_root() { 2.0 * q } else { 1.0 };
             let weights = [
-                slope(quantity[0]) / total,
-                albedo * slope(quantity[1]) / total,
+                share * slope(quantity[0]) / total,
+                share * albedo * slope(quantity[1]) / total,
             ];
             Ok((quantity, weights))
         };
         let samples: Vec<_> = scale.places().map(at).collect::<Result<_, Cancelled>>()?;
         let (quantity, weights) = samples.into_iter().unzip();
-        Ok(Self { quantity, weights })
+        Ok(Self {
+            quantity,
+            weights,
+            shares,
+        })
     }
 }
 
@@ -266,16 +288,22 @@ struct Ladder {
     first: Vec<usize>,
     /// Knots in the order in which they were added: one at a time, or one and its mirror image.
     inserted: Vec<Vec<usize>>,
-    /// Mean relative error along this axis, by the number of additions.
+    /// Mean relative error along this axis, by the number of additions; of what is beyond a rim 0.
     errors: Vec<f64>,
 }
 
 impl Ladder {
-    fn climb(scale: Scale, lines: &[Line], steps: &Steps<'_>) -> Result<Self, Cancelled> {
+    /// Of a box that has that `share` of all pairs.
+    fn climb(
+        scale: Scale,
+        lines: &[Line],
+        share: f64,
+        steps: &Steps<'_>,
+    ) -> Result<Self, Cancelled> {
         let first = scale.first_knots();
         let mut knots = first.clone();
         let (mut inserted, mut errors) = (Vec::new(), Vec::new());
-        let samples = (lines.len() * scale.places().len()) as f64;
+        let samples = lines.iter().map(|line| line.shares).sum::<f64>().max(1.0) / share;
         loop {
             steps.check()?;
             let mut cells = cell_errors(&scale, &knots, lines);

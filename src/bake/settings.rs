@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Direct;
+use super::{Direct, For};
 use crate::chart::Chart;
 use crate::table::Encoding;
 
@@ -39,6 +39,9 @@ pub struct Settings {
     pub target_error: f64,
     /// When segments are evaluated directly instead of from a grid.
     pub direct: Direct,
+    /// What evaluation is priced for.
+    #[serde(default)]
+    pub made_for: For,
     /// The mean relative error to expect of a thread, above which its grid has failed, and which direct evaluation keeps.
     pub max_error: f64,
     /// Relative tolerance of the integral at a site.
@@ -76,6 +79,7 @@ impl Preset {
             max_bytes,
             target_error,
             direct: Direct::Worthwhile,
+            made_for: For::Batch,
             max_error,
             tolerance,
             error_pairs: 16_384,
