@@ -5,8 +5,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::chart::Rim;
-
 /// What a table is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -55,15 +53,5 @@ impl Prices {
     /// Of a grid with a rim that `share` of all pairs are in, where direct evaluation costs `direct`.
     pub(super) fn grid(&self, share: f64, direct: f64) -> f64 {
         self.grid + share * direct
-    }
-}
-
-/// Where a thread's grid may end.
-pub(super) const RIMS: [Rim; 4] = [rim(0), rim(10), rim(15), rim(20)];
-
-const fn rim(hundredths: u8) -> Rim {
-    match Rim::new(hundredths) {
-        Some(rim) => rim,
-        None => panic!("too wide"),
     }
 }

@@ -17,7 +17,7 @@ const PAIRS: usize = 512;
 /// … which are among so many.
 const DRAWN: usize = 8192;
 /// The height below which they count as near: that of the widest rim, and its band.
-const NEAR: f64 = 0.35;
+const NEAR: f64 = 0.25;
 const SEED: u64 = 1;
 /// Of the integrals that it is judged by.
 const TOLERANCE: f64 = 1e-6;
