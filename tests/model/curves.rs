@@ -11,7 +11,7 @@ use sateen::fabric::Fabric;
 use sateen::metrics::protocol_pairs;
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
-use sateen::table::{Error, Table};
+use sateen::table::Table;
 
 const GOLDEN: &str = include_str!("../data/golden_curves.csv");
 
