@@ -51,13 +51,27 @@ impl<const STEP: usize> Places<STEP> {
             a2.place(u[2]),
             a3.place(u[3]),
         ];
-        let missing = if grid.is_partial() {
-            let (settled, missing) = settle::<V>(grid, u, &places);
-            places = settled;
-            missing
-        } else {
-            V::zero()
-        };
+        let mut missing = V::zero();
+        if grid.is_partial() {
+            let mut lanes = Settled {
+                first: [[0; LANES]; 4],
+                points: [[0.0; LANES]; 4],
+                missing: [0.0; LANES],
+            };
+            for axis in 0..4 {
+                V::store_index(places[axis].first, &mut lanes.first[axis]);
+                u[axis].store(&mut lanes.points[axis]);
+            }
+            lanes.settle(grid, V::LANES);
+            missing = V::load(&lanes.missing);
+            let [u0, u1, u2, u3] = &lanes.points;
+            places = [
+                a0.place(V::load(u0)),
+                a1.place(V::load(u1)),
+                a2.place(V::load(u2)),
+                a3.place(V::load(u3)),
+            ];
+        }
         let [p0, p1, p2, p3] = places;
         let along = V::times(p0.first, 2 * grid.content.channels() as u32);
         let tile = V::shift_down::<1>(p1.first);
@@ -188,39 +202,40 @@ fn integers_of_rows<V: Vector>(place: &Place<V>) -> [V::Index; 2] {
 /// How far a pair may be from the place that an axis has collapsed to: some roundings.
 const COLLAPSED: f32 = 1e-6;
 
-/// Places of pairs that were not baked moved to the nearest that were; 1 in their lanes, else 0. (Not inlined, since it is no part of what
-/// most tables take, and has nothing to gain from wide vectors.)
-#[inline(never)]
-fn settle<V: Vector>(grid: &Grid, u: [V; 4], places: &[Place<V>; 4]) -> ([Place<V>; 4], V) {
-    let mut first = [[0; LANES]; 4];
-    let mut points = [[0.0; LANES]; 4];
-    for axis in 0..4 {
-        V::store_index(places[axis].first, &mut first[axis]);
-        u[axis].store(&mut points[axis]);
-    }
-    let mut missing = [0.0; LANES];
-    for lane in 0..V::LANES {
-        let point = [0, 1, 2, 3].map(|axis: usize| points[axis][lane]);
-        let here = [0, 1, 2, 3].map(|axis: usize| first[axis][lane]);
-        let beside = |axis: usize| {
-            let place = grid.axes[axis].integer_knots()[0];
-            let place = f32::from(place) / (1u32 << grid.axes[axis].depth()) as f32;
-            !((point[axis] - place).abs() <= COLLAPSED)
-        };
-        let mut is_missing = grid.collapsed().any(beside);
-        if let Some(rows) = &grid.rows {
-            let (settled, is_elsewhere) = rows.settle(&grid.axes, here);
-            if is_elsewhere {
-                is_missing = true;
-                for axis in 0..4 {
-                    points[axis][lane] = grid.axes[axis].clamp(settled[axis], point[axis]);
+/// Points and first coefficients of some pairs, by axis.
+struct Settled {
+    first: [[u32; LANES]; 4],
+    points: [[f32; LANES]; 4],
+    /// 1 where a pair was not baked, else 0.
+    missing: [f32; LANES],
+}
+
+impl Settled {
+    /// Moves the points of pairs that were not baked to the nearest that were. (Not inlined, since it is no part of what most tables take;
+    /// so it must not be of vectors.)
+    #[inline(never)]
+    fn settle(&mut self, grid: &Grid, lanes: usize) {
+        for lane in 0..lanes {
+            let point = [0, 1, 2, 3].map(|axis: usize| self.points[axis][lane]);
+            let here = [0, 1, 2, 3].map(|axis: usize| self.first[axis][lane]);
+            let beside = |axis: usize| {
+                let place = grid.axes[axis].integer_knots()[0];
+                let place = f32::from(place) / (1u32 << grid.axes[axis].depth()) as f32;
+                !((point[axis] - place).abs() <= COLLAPSED)
+            };
+            let mut is_missing = grid.collapsed().any(beside);
+            if let Some(rows) = &grid.rows {
+                let (settled, is_elsewhere) = rows.settle(&grid.axes, here);
+                if is_elsewhere {
+                    is_missing = true;
+                    for axis in 0..4 {
+                        self.points[axis][lane] = grid.axes[axis].clamp(settled[axis], point[axis]);
+                    }
                 }
             }
+            self.missing[lane] = if is_missing { 1.0 } else { 0.0 };
         }
-        missing[lane] = if is_missing { 1.0 } else { 0.0 };
     }
-    let place = |axis: usize| grid.axes[axis].place(V::load(&points[axis]));
-    ([place(0), place(1), place(2), place(3)], V::load(&missing))
 }
 
 /// Where tiles are.
