@@ -8,7 +8,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD
-table=${1:-tests/data/tables/silk-crepe-de-chine-2.0.sateen}
+table=${1:-tests/data/tables/silk-crepe-de-chine-3.sateen}
 sizes=("${@:2}")
 if [ ${#sizes[@]} -eq 0 ]; then
     sizes=(16 256 4096)

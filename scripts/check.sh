@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Format, lints, documentation, every feature layer alone, so that an upward `use` between layers does not build, the tests
-# of the core, what names what, and that generated shaders are those of today.
+# of the core, what names what, that vector code is inlined, and that generated shaders are those of today.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RUSTDOCFLAGS="-D warnings"
@@ -25,6 +25,14 @@ for layer in std libm,zstd libm,small; do
 done
 cargo clippy --locked --quiet --all-targets -- -D warnings
 cargo doc --locked --quiet --no-deps --lib
+# No intrinsic is called instead of inlined; and that is found where one is.
+if command -v objdump >/dev/null; then
+    scripts/inlined.sh --self-test
+    scripts/inlined.sh
+else
+    echo "SKIPPED: scripts/inlined.sh needs objdump"
+    [[ ${SATEEN_REQUIRE_ALL:-} != 1 ]]
+fi
 # A module names only those below it; and what finds names above is tried on three that are.
 scripts/layers.py
 copy=$(mktemp -d)

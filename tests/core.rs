@@ -9,10 +9,10 @@ use sateen::lookup::Quantity;
 use sateen::math::simd::{Kernel, Row, Vector};
 use sateen::table::{Error, Table};
 
-/// The table of `silk-crepe-de-chine-2.0.sateen`, its chunks stored: `tests/table/format.rs` sees to it.
-const STORED: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-2.0-stored.sateen");
+/// The table of `silk-crepe-de-chine-3.sateen`, its chunks stored: `tests/table/format.rs` sees to it.
+const STORED: &[u8] = include_bytes!("data/tables/silk-crepe-de-chine-3-stored.sateen");
 /// ρ of it.
-const RHO: &str = include_str!("data/tables/silk-crepe-de-chine-2.0.txt");
+const RHO: &str = include_str!("data/tables/silk-crepe-de-chine-3.txt");
 
 fn stored() -> Table {
     Table::from_bytes(STORED).expect("it is whole")
@@ -30,7 +30,7 @@ fn a_stored_table_has_its_golden_value() {
 
 #[test]
 fn a_compressed_table_is_the_same_or_refused_without_zstd() {
-    let compressed = include_bytes!("data/tables/silk-crepe-de-chine-2.0.sateen");
+    let compressed = include_bytes!("data/tables/silk-crepe-de-chine-3.sateen");
     let expected = if cfg!(feature = "zstd") {
         Ok(stored())
     } else {
@@ -73,7 +73,7 @@ fn mapped(bytes: &[u8], beside: usize) -> Result<Table, Error> {
 fn a_mapped_table_is_looked_up_where_it_is() {
     let copied = stored();
     let bytes = copied.to_mappable_bytes();
-    assert_eq!(bytes[8..12], [2, 0, 5, 0]);
+    assert_eq!(bytes, STORED);
     let lent = if cfg!(target_endian = "little") {
         copied.decoded_bytes()
     } else {
@@ -95,9 +95,6 @@ fn a_mapped_table_is_looked_up_where_it_is() {
     let beside = mapped(&bytes, 1).unwrap();
     assert_eq!((beside.lent_bytes(), &beside), (0, &copied));
     assert_eq!(Table::from_bytes(&bytes).as_ref(), Ok(&copied));
-    // Nothing is behind the last samples of an older file.
-    let older = mapped(STORED, 0).unwrap();
-    assert_eq!((older.lent_bytes(), &older), (0, &copied));
 
     let stride = if cfg!(miri) { 16 } else { 1 };
     for wi in hostile_directions().into_iter().step_by(stride) {
@@ -170,9 +167,12 @@ fn batches_of_hostile_directions_agree_with_single_lookups() {
             let expected = table.eval_cos(*wi, *wr);
             for (channel, expected) in expected.into_iter().enumerate() {
                 let value = rho[channel][index];
+                // At the horizon coordinates are quotients of roundings.
+                let is_high = wi[2].min(wr[2]) > 1e-3;
+                let bound = if is_high { 1e-4 } else { 2e-2 };
                 assert!(value.is_finite() && value >= 0.0, "{level:?} {wi:?} {wr:?}");
                 assert!(
-                    (value - expected).abs() <= 1e-4 * (expected + 1e-3),
+                    (value - expected).abs() <= bound * (expected + 1e-3),
                     "{level:?} {wi:?} {wr:?}: {value} for {expected}"
                 );
             }

@@ -4,7 +4,7 @@ use sateen::table::Table;
 
 mod repair;
 
-pub use repair::{File, repaired};
+pub use repair::repaired;
 
 /// Pairs of directions, ordinary and hostile: grazing, along a thread, of no length, below the surface, no numbers.
 pub const PAIRS: [[[f32; 3]; 2]; 8] = [

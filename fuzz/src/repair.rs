@@ -2,37 +2,34 @@
 //!
 //! `src/table/FORMAT.md` says what is where.
 
-const MAGIC: &[u8] = b"\x89SATEEN\n\x02\0";
-/// The minor version, of which there are four.
-const MINOR: usize = 10;
-const MINORS: u8 = 6;
-/// Of files with zeros behind the last chunk, and how many.
-const MAPPED_MINOR: u8 = 5;
+/// With the version.
+const MAGIC: &[u8] = b"\x89SATEEN\n\x03\0\0\0";
+/// Zeros behind the last chunk.
 const MARGIN: usize = 64;
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const HEADER_LENGTH: usize = 12;
 const HEADER_CRC: usize = 16;
 const CHECKED_FROM: usize = 20;
 const ALIGNMENT: usize = 64;
-/// Metadata, and two grids for each of 64 threads.
-const MOST_CHUNKS: usize = 129;
+/// Metadata, and two grids for each of 64 threads, each with runs.
+const MOST_CHUNKS: usize = 257;
 
 /// A chunk's entry: offset, stored bytes, decoded bytes, CRC, codec.
 const ENTRY: usize = 32;
 
 /// A file in its parts.
-pub struct File {
+struct File {
     /// From the start to the end of the header.
-    pub header: Vec<u8>,
+    header: Vec<u8>,
     /// Where in the header the entries of the chunks begin, if they were found.
-    pub entries: Option<usize>,
+    entries: Option<usize>,
     /// What the chunks hold.
-    pub chunks: Vec<Vec<u8>>,
+    chunks: Vec<Vec<u8>>,
 }
 
 impl File {
     /// Takes apart what is at least like a table.
-    pub fn of(bytes: &[u8]) -> Option<Self> {
+    fn of(bytes: &[u8]) -> Option<Self> {
         let length = number::<4>(bytes, HEADER_LENGTH)? as usize;
         let whole = bytes.len() / ALIGNMENT * ALIGNMENT;
         let length = (length / ALIGNMENT * ALIGNMENT).clamp(ALIGNMENT, whole.max(ALIGNMENT));
@@ -50,10 +47,8 @@ impl File {
     }
 
     /// The file, every length, offset and checksum right.
-    pub fn bytes(mut self) -> Vec<u8> {
+    fn bytes(mut self) -> Vec<u8> {
         self.header[..MAGIC.len()].copy_from_slice(MAGIC);
-        let minor = self.header[MINOR] % MINORS;
-        put(&mut self.header, MINOR, &[minor, 0]);
         let length = self.header.len();
         put(
             &mut self.header,
@@ -80,9 +75,7 @@ impl File {
             }
             body.extend(chunk);
         }
-        if minor == MAPPED_MINOR {
-            body.extend([0; MARGIN]);
-        }
+        body.extend([0; MARGIN]);
         let crc = crc32fast::hash(&self.header[CHECKED_FROM..]);
         put(&mut self.header, HEADER_CRC, &crc.to_le_bytes());
         self.header.extend(body);
@@ -107,7 +100,7 @@ fn first_entry(header: &[u8], count: usize) -> Option<usize> {
     (CHECKED_FROM..=last).rev().find(starts).or(Some(last))
 }
 
-/// The chunks' bytes by the lengths of their entries; the last takes what is left. Bytes that were put before the first
+/// The chunks' bytes by the lengths of their entries; the last takes what is left before the margin. Bytes that were put before the first
 /// frame, or into the header, are dropped.
 fn chunks(entries: &[u8], count: usize, body: &[u8]) -> Vec<Vec<u8>> {
     let displaced = body
@@ -115,6 +108,7 @@ fn chunks(entries: &[u8], count: usize, body: &[u8]) -> Vec<Vec<u8>> {
         .take(ALIGNMENT)
         .position(|window| window == ZSTD_MAGIC);
     let body = &body[displaced.unwrap_or(0)..];
+    let body = body.strip_suffix(&[0; MARGIN]).unwrap_or(body);
     let mut chunks = Vec::new();
     let mut start = 0usize;
     for index in 0..count {

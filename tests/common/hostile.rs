@@ -18,6 +18,8 @@ pub(crate) const PLANES: u32 = 2;
 const ALIGNMENT: usize = 64;
 const CHECKED_FROM: usize = 20;
 const ENTRY: usize = 32;
+/// Zeros behind the last chunk.
+const MARGIN: usize = 64;
 
 /// A file of these threads and chunks, the first of which is the metadata. Checksums, offsets and lengths are right.
 pub(crate) fn file(threads: &[Vec<u8>], chunks: &[Chunk]) -> Vec<u8> {
@@ -35,6 +37,8 @@ pub(crate) fn file_with(
     body.extend((chunks.len() as u32).to_le_bytes());
     body.extend([reweighting, 0, 0, 0]);
     body.extend(sigma_u.to_le_bytes());
+    // The scale of ρ.
+    body.extend(1.0f32.to_le_bytes());
     body.extend((threads.len() as u32).to_le_bytes());
     body.extend(threads.concat());
     let header_length =
@@ -51,11 +55,12 @@ pub(crate) fn file_with(
         contents.extend(&chunk.stored);
     }
     body.resize(header_length - CHECKED_FROM, 0);
-    let mut bytes = b"\x89SATEEN\n\x02\0\0\0".to_vec();
+    let mut bytes = b"\x89SATEEN\n\x03\0\0\0".to_vec();
     bytes.extend((header_length as u32).to_le_bytes());
     bytes.extend(crc32fast::hash(&body).to_le_bytes());
     bytes.extend(body);
     bytes.extend(contents);
+    bytes.extend([0; MARGIN]);
     bytes
 }
 
@@ -144,36 +149,130 @@ pub(crate) fn nodes(nodes: &[[f64; 2]]) -> Vec<u8> {
     bytes
 }
 
-/// A grid in the highlight chart, of 8-bit roots, with so many knots on its axes. None of them is a kink.
-pub(crate) fn grid(knots: [u16; 4]) -> Vec<u8> {
-    grid_with(
-        [1, 0, 4],
-        [1.0; 2],
-        knots.map(|count| (0..count).map(|k| 3 * k).collect()),
-    )
+/// An axis of a grid: knots in units of 2^−depth, and whether functions bend at ½.
+#[derive(Debug, Clone)]
+pub(crate) struct Axis {
+    pub(crate) depth: u8,
+    pub(crate) knots: Vec<u16>,
+    pub(crate) bends: bool,
 }
 
-/// A grid of chart, fold and encoding, scales, and knots in units of 2⁻¹⁴.
-pub(crate) fn grid_with(kind: [u8; 3], scale: [f32; 2], knots: [Vec<u16>; 4]) -> Vec<u8> {
+impl Axis {
+    /// Knots in units of 2⁻¹⁴, none of which is a kink.
+    pub(crate) fn of(knots: Vec<u16>) -> Self {
+        Self {
+            depth: 14,
+            knots,
+            bends: false,
+        }
+    }
+
+    /// So many knots from 0 to 1: cells of one width, of which the first ones are halved.
+    pub(crate) fn halved(knots: u16) -> Self {
+        let cells = knots - 1;
+        let whole = 1 << cells.ilog2();
+        let (width, halved) = ((1 << 14) / whole, cells - whole);
+        let halves = (0..2 * halved).map(|k| k * (width / 2));
+        Self::of(halves.chain((halved..=whole).map(|k| k * width)).collect())
+    }
+
+    /// How many coefficients it has.
+    pub(crate) fn len(&self) -> usize {
+        match self.knots.len() {
+            1 => 1,
+            knots => knots + 1 + usize::from(self.bends),
+        }
+    }
+
+    /// First coefficients of its cells, ascending: at a kink one is skipped.
+    pub(crate) fn firsts(&self) -> Vec<usize> {
+        let middle = self
+            .knots
+            .iter()
+            .position(|knot| 2 * *knot == 1 << self.depth);
+        let cells = 0..self.knots.len().max(2) - 1;
+        let skips = |cell: &usize| self.bends && middle.is_some_and(|middle| *cell >= middle);
+        cells.map(|cell| cell + usize::from(skips(&cell))).collect()
+    }
+
+    /// The most that makes up a value: 3 coefficients, or 1.
+    pub(crate) fn taps(&self) -> usize {
+        self.len().min(3)
+    }
+}
+
+/// Runs (first, count) of the tiles of a box of cells, `[u₃][u₂][u₁/2]`: from one cell of each axis to another, counted again from the
+/// first behind the last.
+pub(crate) fn box_of_runs(axes: &[Axis; 4], ends: [[u16; 2]; 4]) -> Vec<[u16; 2]> {
+    let range = |axis: usize| {
+        let mut firsts = axes[axis].firsts();
+        if axis == 1 {
+            // Of tiles.
+            firsts = firsts.into_iter().map(|first| first / 2).collect();
+        }
+        let [a, b] = ends[axis].map(|cell| firsts[usize::from(cell) % firsts.len()]);
+        let taps = match axis {
+            1 => axes[1].len().min(2),
+            _ => axes[axis].taps(),
+        };
+        a.min(b)..a.max(b) + taps
+    };
+    let [r0, r1, r2, r3] = [range(0), range(1), range(2), range(3)];
+    let [_, n1, n2, n3] = axes.each_ref().map(Axis::len);
+    let mut runs = Vec::new();
+    for u3 in 0..n3 {
+        for u2 in 0..n2 {
+            for tile in 0..n1.div_ceil(2) {
+                let is_within = r3.contains(&u3) && r2.contains(&u2) && r1.contains(&tile);
+                runs.push(match is_within {
+                    true => [r0.start as u16, r0.len() as u16],
+                    false => [0; 2],
+                });
+            }
+        }
+    }
+    runs
+}
+
+/// A grid in the highlight chart with so many knots on its axes.
+pub(crate) fn grid(knots: [u16; 4]) -> Vec<u8> {
+    grid_with([1, 0], 0, [1.0; 2], &knots.map(Axis::halved))
+}
+
+/// A grid of chart and fold, what it leaves out, scales, and axes.
+pub(crate) fn grid_with(
+    kind: [u8; 2],
+    leaves_out: u8,
+    scale: [f32; 2],
+    axes: &[Axis; 4],
+) -> Vec<u8> {
     let mut bytes = 1u32.to_le_bytes().to_vec();
     bytes.extend(kind);
-    bytes.push(0);
+    bytes.extend([0, leaves_out]);
     bytes.extend(scale.map(f32::to_le_bytes).concat());
-    for knots in knots {
-        bytes.extend((knots.len() as u16).to_le_bytes());
-        bytes.extend([14, 0]);
-        bytes.extend(knots.iter().flat_map(|knot| knot.to_le_bytes()));
+    for axis in axes {
+        bytes.extend((axis.knots.len() as u16).to_le_bytes());
+        bytes.extend([axis.depth, u8::from(axis.bends)]);
+        bytes.extend(axis.knots.iter().flat_map(|knot| knot.to_le_bytes()));
         bytes.resize(bytes.len().next_multiple_of(4), 0);
     }
     bytes
 }
 
-/// Bytes of the samples of [`grid`].
+/// A grid that ends at a rim of so many hundredths, and nodes, as [`nodes`] has them, for what is beyond.
+pub(crate) fn with_rim(hundredths: u32, nodes: &[u8], grid: &[u8]) -> Vec<u8> {
+    let start = [4, hundredths].map(u32::to_le_bytes).concat();
+    [&start, &nodes[4..], &grid[4..]].concat()
+}
+
+/// Bytes of the tiles of [`grid`].
 pub(crate) fn grid_bytes(knots: [u16; 4]) -> u64 {
-    2 * knots
-        .map(|count| u64::from(count) + 1)
-        .iter()
-        .product::<u64>()
+    tile_bytes(2, knots.map(|count| u64::from(count) + 1))
+}
+
+/// Bytes of tiles of so many channels and coefficients: two rows each.
+pub(crate) fn tile_bytes(channels: u64, [n0, n1, n2, n3]: [u64; 4]) -> u64 {
+    2 * channels * 2 * n0 * n1.div_ceil(2) * n2 * n3
 }
 
 /// One thread with a grid of so many knots, and its chunks.
@@ -225,9 +324,9 @@ pub(crate) fn bomb(blocks: usize, recorded: Option<u64>) -> Vec<u8> {
 }
 
 /// Knots of a grid that takes exactly [`MAX_DECODED_BYTES`] …
-pub(crate) const LARGEST: [u16; 4] = [127, 127, 127, 63];
+pub(crate) const LARGEST: [u16; 4] = [127, 127, 63, 63];
 /// … and of one that takes 2¹¹ of them.
-pub(crate) const SMALL: [u16; 4] = [3, 3, 7, 7];
+pub(crate) const SMALL: [u16; 4] = [3, 3, 7, 3];
 
 /// Small files that are to be refused before they have asked for much, by what is wrong with them.
 pub(crate) fn small_hostile_files() -> Vec<(String, Vec<u8>)> {
@@ -238,7 +337,7 @@ pub(crate) fn small_hostile_files() -> Vec<(String, Vec<u8>)> {
         decoded_bytes,
         stored,
     };
-    for knots in [absurd, [1024, 1024, 1024, 2], LARGEST, [1024, 1024, 7, 7]] {
+    for knots in [absurd, [1024, 1024, 1024, 2], LARGEST, [1024, 512, 7, 7]] {
         for decoded_bytes in [grid_bytes(knots), 16, MAX_DECODED_BYTES] {
             let chunk = samples(decoded_bytes, bomb(1, None));
             files.push((

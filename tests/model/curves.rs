@@ -11,7 +11,7 @@ use sateen::fabric::Fabric;
 use sateen::metrics::protocol_pairs;
 use sateen::model::{Model, Rule, Sadeghi};
 use sateen::progress::Progress;
-use sateen::table::{Error, Table};
+use sateen::table::Table;
 
 const GOLDEN: &str = include_str!("../data/golden_curves.csv");
 
@@ -122,7 +122,6 @@ fn a_curve_of_one_direction_is_the_straight_thread_exactly() {
         let [a, b] = [&straight, &curved]
             .map(|fabric| bake(fabric, tiny(), Progress::silent()).unwrap().table);
         assert_eq!(a.threads(), b.threads());
-        assert_eq!(a.format(), b.format());
     }
 }
 
@@ -349,7 +348,6 @@ fn tables_of_curves_keep_what_bakes_say_of_them_and_have_no_seams() {
 fn tables_of_curves_come_back_from_their_bytes_and_no_prefix_of_them_does() {
     for name in ["felt", "weft-knit-curve"] {
         let table = tiny_table(name);
-        assert_eq!(table.format(), (2, 3));
         let bytes = table.to_bytes().unwrap();
         assert_eq!(Table::from_bytes(&bytes).as_ref(), Ok(table));
         for length in 0..bytes.len().min(1500) {
@@ -370,24 +368,6 @@ fn tables_of_curves_come_back_from_their_bytes_and_no_prefix_of_them_does() {
         flipped[16..20].copy_from_slice(&crc.to_le_bytes());
         crate::common::assert_refused_or_light(&format!("bit {bit}"), &flipped);
     }
-}
-
-#[test]
-fn older_minor_versions_have_no_curves_and_newer_ones_are_refused() {
-    let bytes = tiny_table("felt").to_bytes().unwrap();
-    let with_minor = |minor: u8| {
-        let mut bytes = bytes.clone();
-        bytes[10] = minor;
-        Table::from_bytes(&bytes).unwrap_err()
-    };
-    assert!(matches!(with_minor(0), Error::Invalid { .. }));
-    assert!(matches!(with_minor(1), Error::Invalid { .. }));
-    assert!(matches!(with_minor(2), Error::Invalid { .. }));
-    assert_eq!(with_minor(6), Error::Version { major: 2, minor: 6 });
-    // And a table is written in the oldest version that can hold it.
-    let mut straight = tiny_table("denim").to_bytes().unwrap();
-    straight[10] = 2;
-    assert!(Table::from_bytes(&straight).is_err());
 }
 
 #[test]

@@ -1,10 +1,13 @@
 //! Tables that no bake writes, though every number is in its range, evaluate to light all the same.
 
+use std::sync::Arc;
+
 use crate::common::hostile::{
-    Chunk, empty, file_with, grid_with, nodes, nothing, stored, thread_with,
+    Axis, Chunk, box_of_runs, empty, file_with, grid_with, nodes, nothing, stored, thread_with,
+    with_rim,
 };
 use crate::common::{assert_light, hostile_directions};
-use proptest::collection::{btree_set, vec};
+use proptest::collection::vec;
 use proptest::prelude::*;
 use sateen::table::Table;
 
@@ -61,44 +64,99 @@ fn parts() -> impl Strategy<Value = (Vec<[f64; 2]>, Vec<[f64; 3]>)> {
     })
 }
 
-/// How segments are evaluated, and the samples of a grid.
-fn evaluation() -> impl Strategy<Value = (Vec<u8>, Option<Chunk>)> {
-    let node = (-0.999..0.999, within(1e-300, 2.0)).prop_map(|(node, weight)| [node, weight]);
-    let direct = vec(node, 1..5).prop_map(|list| (nodes(&list), None));
-    let knots = || {
-        btree_set(
-            prop_oneof![Just(0), Just(8192), Just(16384), 0u16..=16384],
-            2..5,
-        )
-    };
-    let scale = || within(1e-45, f64::from(f32::MAX)).prop_map(|x| x as f32);
-    let grid = (
-        (0u8..2, 0u8..2, prop_oneof![Just(1u8), Just(3), Just(4)]),
-        (scale(), scale()),
-        (knots(), knots(), knots(), knots()),
-        any::<u64>(),
-    );
-    let grid = grid.prop_map(|((chart, fold, encoding), (s, v), (a, b, c, d), seed)| {
-        let knots = [a, b, c, d].map(|knots| knots.into_iter().collect::<Vec<u16>>());
-        // A kink within the first or the third axis has a coefficient of its own.
-        let coefficients = |(axis, knots): (usize, &Vec<u16>)| {
-            let inner = &knots[1..knots.len() - 1];
-            knots.len() + 1 + usize::from(axis % 2 == 0 && inner.contains(&8192))
-        };
-        let count: usize = knots.iter().enumerate().map(coefficients).product();
-        let bytes = if encoding == 4 { 2 * count } else { 4 * count };
-        let samples = (0..bytes as u64).map(|k| (seed.wrapping_mul(2 * k + 1) >> 56) as u8);
-        let samples = stored(samples.collect());
-        (
-            grid_with(
-                [chart, fold, encoding],
-                [s.max(f32::MIN_POSITIVE), v.max(f32::MIN_POSITIVE)],
-                knots,
-            ),
-            Some(samples),
-        )
+/// How far neighbouring cells may differ.
+const UNEVEN: u32 = 128;
+/// 1, in units of 2⁻¹⁴.
+const UNIT: u16 = 1 << 14;
+
+/// Knots that are halves of halves: the cells of \[0, 1\] or \[½, 1\], of which some are halved, again and again.
+fn halves() -> impl Strategy<Value = Axis> {
+    let start = prop_oneof![4 => Just(0u16), 1 => Just(UNIT / 2)];
+    (
+        start,
+        vec(any::<prop::sample::Index>(), 0..12),
+        any::<bool>(),
+    )
+        .prop_map(|(start, halved, bends)| {
+            let mut knots = vec![start, UNIT];
+            for index in halved {
+                let cell = index.index(knots.len() - 1);
+                let half = (knots[cell + 1] - knots[cell]) / 2;
+                let mut finer = knots.clone();
+                finer.insert(cell + 1, knots[cell] + half);
+                let widths: Vec<u32> = finer.windows(2).map(|k| u32::from(k[1] - k[0])).collect();
+                let is_even = |pair: &[u32]| pair[0].max(pair[1]) <= UNEVEN * pair[0].min(pair[1]);
+                if half > 0 && widths.windows(2).all(is_even) {
+                    knots = finer;
+                }
+            }
+            let has_middle = knots[1..knots.len() - 1].contains(&(UNIT / 2));
+            Axis {
+                bends: bends && has_middle,
+                ..Axis::of(knots)
+            }
+        })
+}
+
+/// An axis, or the place that one has collapsed to: its lower end or its middle.
+fn axis() -> impl Strategy<Value = Axis> {
+    let point = (0u8..2).prop_map(|place| Axis {
+        depth: place,
+        knots: vec![place.into()],
+        bends: false,
     });
-    prop_oneof![direct, grid]
+    prop_oneof![4 => halves(), 1 => point]
+}
+
+/// How segments are evaluated, and the chunks of a grid.
+type Evaluation = (Vec<u8>, Vec<Chunk>);
+
+fn evaluation() -> impl Strategy<Value = Evaluation> {
+    let node = || (-0.999..0.999, within(1e-300, 2.0)).prop_map(|(node, weight)| [node, weight]);
+    let direct = vec(node(), 1..5).prop_map(|list| (nodes(&list), Vec::new()));
+    let scale = || within(1e-45, f64::from(f32::MAX)).prop_map(|x| x as f32);
+    let rim = proptest::option::of((1u32..=50, vec(node(), 1..4)));
+    let grid = (
+        (0u8..2, 0u8..2, 0u8..4),
+        (scale(), scale()),
+        (halves(), axis(), axis(), axis()),
+        proptest::option::of(any::<[[u16; 2]; 4]>()),
+        (any::<u64>(), any::<bool>()),
+        rim,
+    );
+    let grid = grid.prop_map(
+        |((chart, fold, content), (s, v), (a, b, c, d), part, (seed, is_extreme), rim)| {
+            let axes = [a, b, c, d];
+            let channels = if content == 0 { 2 } else { 1 };
+            let runs = part.map(|ends| box_of_runs(&axes, ends));
+            let coefficients = match &runs {
+                None => {
+                    let [n0, n1, n2, n3] = axes.each_ref().map(Axis::len);
+                    n0 * n1.div_ceil(2) * n2 * n3
+                }
+                Some(runs) => runs.iter().map(|[_, count]| usize::from(*count)).sum(),
+            };
+            let number = |k: usize| (seed.wrapping_mul(2 * k as u64 + 1) >> 48) as i16;
+            let extreme = |x: i16| if x < 0 { i16::MIN } else { i16::MAX };
+            let numbers = (0..2 * channels * coefficients)
+                .map(number)
+                .map(|x| if is_extreme { extreme(x) } else { x });
+            let mut chunks = vec![stored(numbers.flat_map(i16::to_le_bytes).collect())];
+            let leaves_out = content << 1 | u8::from(runs.is_some());
+            if let Some(runs) = runs {
+                let numbers = runs.as_flattened().iter();
+                chunks.push(stored(numbers.flat_map(|x| x.to_le_bytes()).collect()));
+            }
+            let scale = [s.max(f32::MIN_POSITIVE), v.max(f32::MIN_POSITIVE)];
+            let grid = grid_with([chart, fold], leaves_out, scale, &axes);
+            let evaluation = match rim {
+                None => grid,
+                Some((hundredths, list)) => with_rim(hundredths, &nodes(&list), &grid),
+            };
+            (evaluation, chunks)
+        },
+    );
+    prop_oneof![1 => direct, 4 => grid]
 }
 
 proptest! {
@@ -114,17 +172,24 @@ proptest! {
         pairs in vec((0usize..1000, 0usize..1000), 16),
     ) {
         let (evaluation, samples) = match segments.is_empty() {
-            true => (nothing(), None),
+            true => (nothing(), Vec::new()),
             false => (evaluation, samples),
         };
         let thread = thread_with(&numbers, &tilts, &segments, &evaluation);
-        let chunks: Vec<Chunk> = [Some(empty()), samples].into_iter().flatten().collect();
+        let chunks = [vec![empty()], samples].concat();
         let bytes = file_with(reweighting, sigma_u as f32, &[thread], &chunks);
         let table = Table::from_bytes(&bytes);
         prop_assert!(table.is_ok(), "{table:?}");
+        let table = table.unwrap();
         let directions = hostile_directions();
         let at = |index: usize| directions[index % directions.len()];
         let pairs: Vec<[[f32; 3]; 2]> = pairs.iter().map(|(i, r)| [at(*i), at(*r)]).collect();
-        assert_light("in range", &table.unwrap(), &pairs);
+        assert_light("in range", &table, &pairs);
+        let written = table.to_mappable_bytes();
+        prop_assert_eq!(&written, &bytes);
+        let map: Arc<Vec<u8>> = Arc::new(written);
+        let mapped = Table::from_shared(map).unwrap();
+        assert_light("in range, in place", &mapped, &pairs);
+        prop_assert_eq!(mapped, table);
     }
 }

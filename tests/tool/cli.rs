@@ -12,7 +12,7 @@ use crate::common::skip;
 use assert_cmd::Command;
 use predicates::prelude::*;
 use predicates::str::contains;
-use sateen::table::{MAJOR, MINOR};
+use sateen::table::VERSION;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -331,7 +331,7 @@ fn bad_input_is_explained() {
     let mut newer = bytes;
     newer[8] = 9;
     fs::write(at("newer.sateen"), &newer).unwrap();
-    let newer = format!("format version 9.0, but this sateen reads {MAJOR}.{MINOR}");
+    let newer = format!("format version 9, but this sateen reads {VERSION}");
     for (name, message) in [
         ("short.sateen", "truncated"),
         ("foreign.sateen", "not a sateen table"),
@@ -848,8 +848,8 @@ fn only_a_table_of_the_same_fabric_and_settings_is_kept() {
         "faux-suede",
         "--preset",
         "draft",
-        "--encoding",
-        "f32"
+        "--chart",
+        "thesis"
     ]));
     assert!(!kept(&[path]));
     fs::write(&file, format!("{text}# another text\n")).unwrap();

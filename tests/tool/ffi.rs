@@ -175,7 +175,7 @@ fn the_examples_shade_what_rust_does_bit_for_bit() {
         .arg(&build)
         .arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display())));
     run(Command::new("cmake").arg("--build").arg(&build));
-    for name in ["silk-crepe-de-chine-2.0.sateen", "felt-2.3.sateen"] {
+    for name in ["silk-crepe-de-chine-3.sateen", "felt-3.sateen"] {
         let table = Table::from_bytes(&fs::read(data(name)).unwrap()).unwrap();
         let bits = |is_batch| -> Vec<[u32; 3]> {
             let rho = expected(&table, is_batch).into_iter();
@@ -216,7 +216,7 @@ fn bad_arguments_are_refused_under_sanitizers() {
     let Some(prefix) = installed(&["cc", "c++"]) else {
         return;
     };
-    let compressed = data("silk-crepe-de-chine-2.0.sateen");
+    let compressed = data("silk-crepe-de-chine-3.sateen");
     let stored = folder().join("stored.sateen");
     let table = Table::from_bytes(&fs::read(&compressed).unwrap()).unwrap();
     fs::write(&stored, table.to_mappable_bytes()).unwrap();

@@ -1,17 +1,16 @@
-//! Writes the seeds of every target into `fuzz/seeds/`: the library's fabrics, patterns and their images, tables of every chart and encoding,
+//! Writes the seeds of every target into `fuzz/seeds/`: the library's fabrics, patterns and their images, tables of every kind,
 //! files of pairs, scenes, meshes, images, recordings.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use sateen::bake::{Direct, Preset, Settings, bake};
+use sateen::bake::{Direct, Preset, Request, Scope, Settings, bake};
 use sateen::chart::Chart;
 use sateen::fabric::Fabric;
-use sateen::needs::Needs;
+use sateen::needs::{Directions, Needs};
 use sateen::progress::Progress;
-use sateen::table::{Encoding, Table};
-use sateen_fuzz::File;
+use sateen::table::Table;
 
 const HEADER: &str = "wi_x,wi_y,wi_z,wr_x,wr_y,wr_z";
 /// Rows of the golden files: the fuzzer's inputs are small.
@@ -125,28 +124,35 @@ fn tables(repository: &Path) -> io::Result<Vec<(String, Vec<u8>)>> {
     }
     // Segments alone, and tilts with segments.
     for fabric in ["denim", "silk-crepe-de-chine"] {
-        for encoding in Encoding::ALL {
-            for chart in Chart::ALL {
-                let settings = Settings {
-                    encoding,
-                    chart: Some(chart),
-                    ..small(Direct::Never)
-                };
-                tables.push((
-                    format!("{fabric}-{encoding:?}-{chart:?}"),
-                    baked(fabric, &settings),
-                ));
-            }
+        for chart in Chart::ALL {
+            let settings = Settings {
+                chart: Some(chart),
+                ..small(Direct::Never)
+            };
+            tables.push((
+                format!("{fabric}-{chart:?}"),
+                baked(fabric, settings.into()),
+            ));
         }
+        // Part of each, of one channel where the albedo is grey.
+        let needs = some_needs();
+        let request = Request {
+            scope: Scope {
+                needs: Some(&needs),
+                fixed_albedo: true,
+            },
+            ..small(Direct::Never).into()
+        };
+        tables.push((format!("{fabric}-part"), baked(fabric, request)));
         tables.push((
             format!("{fabric}-direct"),
-            baked(fabric, &small(Direct::Always)),
+            baked(fabric, small(Direct::Always).into()),
         ));
     }
     // All of a thread in two grids: of four, three and two coordinates, and of one.
     for fabric in ["weft-knit-curve", "felt"] {
         let settings = small(Direct::Never);
-        tables.push((format!("{fabric}-curve"), baked(fabric, &settings)));
+        tables.push((format!("{fabric}-curve"), baked(fabric, settings.into())));
     }
     Ok(tables)
 }
@@ -161,9 +167,19 @@ fn small(direct: Direct) -> Settings {
     }
 }
 
-fn baked(fabric: &str, settings: &Settings) -> Vec<u8> {
+/// A lamp and a viewer in some parts of the hemisphere.
+fn some_needs() -> Needs {
+    let (mut lights, mut viewers) = (Directions::none(), Directions::none());
+    lights.add_cap([0.48, -0.36, 0.8], 0.2);
+    viewers.add_cap([0.0, 0.6, 0.8], 0.3);
+    let mut needs = Needs::none();
+    needs.add(&lights, &viewers);
+    needs
+}
+
+fn baked(fabric: &str, request: Request<'_>) -> Vec<u8> {
     let fabric = Fabric::from_library(fabric).expect("it is in the library");
-    let table = bake(&fabric, settings, Progress::silent())
+    let table = bake(&fabric, request, Progress::silent())
         .expect("nobody stops it")
         .table;
     table.to_bytes().expect("there is memory")
@@ -171,17 +187,8 @@ fn baked(fabric: &str, settings: &Settings) -> Vec<u8> {
 
 /// The same table with chunks that are not compressed, so that a mutation changes single samples.
 fn with_stored_chunks(bytes: &[u8]) -> Option<Vec<u8>> {
-    Table::from_bytes(bytes).ok()?;
-    let mut file = File::of(bytes)?;
-    let entries = file.entries?;
-    for (index, chunk) in file.chunks.iter_mut().enumerate() {
-        let entry = entries + 32 * index;
-        let decoded = u64::from_le_bytes(file.header[entry + 16..entry + 24].try_into().ok()?);
-        *chunk = zstd::bulk::decompress(chunk, decoded as usize).ok()?;
-        // Planes are stored as if they were samples: these are as good as any.
-        file.header[entry + 28..entry + 32].fill(0);
-    }
-    Some(file.bytes())
+    let table = Table::from_bytes(bytes).ok()?;
+    Some(table.to_mappable_bytes())
 }
 
 fn write_fabrics(from: &Path, to: &Path) -> io::Result<()> {

@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn flags_have_the_names_that_files_and_reports_have() {
         use clap::ValueEnum;
-        use sateen::{bake::Preset, export::Format, model::ModelKind, table::Encoding};
+        use sateen::{bake::Preset, export::Format, model::ModelKind};
         fn check<T: ValueEnum + serde::Serialize>(name: fn(T) -> &'static str) {
             for value in T::value_variants() {
                 let written = serde_json::to_value(value).unwrap();
@@ -124,7 +124,6 @@ mod tests {
             }
         }
         check(Preset::name);
-        check(Encoding::name);
         let flag = |flag: Option<clap::builder::PossibleValue>| flag.unwrap().get_name().to_owned();
         for format in Format::ALL {
             assert_eq!(flag(format.to_possible_value()), format.name());

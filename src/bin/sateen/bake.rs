@@ -15,7 +15,7 @@ use sateen::metrics::conserving;
 use sateen::needs::Needs;
 use sateen::progress::Progress;
 use sateen::scene::Albedo;
-use sateen::table::{Encoding, Table};
+use sateen::table::Table;
 use serde_json::{Value, json};
 
 use crate::Outcome;
@@ -74,9 +74,6 @@ pub(crate) struct BakeArgs {
     /// The four coordinates of the table [default: for each thread those with less error].
     #[arg(long, value_enum)]
     chart: Option<Chart>,
-    /// How samples are stored [default: the preset's].
-    #[arg(long, value_enum)]
-    encoding: Option<Encoding>,
     /// Whether ρ is scaled where the fabric would reflect more than arrives, as several published fits do.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = Energy::AsIs)]
     energy: Energy,
@@ -439,7 +436,6 @@ fn settings(args: &BakeArgs) -> Settings {
     let mut settings = args.preset.settings();
     settings.chart = args.chart;
     settings.direct = args.direct.unwrap_or(settings.direct);
-    settings.encoding = args.encoding.unwrap_or(settings.encoding);
     settings
 }
 
