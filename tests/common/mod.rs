@@ -57,13 +57,15 @@ fn is_there(level: &Level) -> bool {
         "portable" => true,
         "avx2" => avx2,
         "avx512" => avx2 && is_x86_feature_detected!("avx512f") && !is_small,
+        "neon" => false,
         other => panic!("{other} is tested nowhere"),
     }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
 fn is_there(level: &Level) -> bool {
-    *level == Level::Portable
+    let is_arm = cfg!(all(target_arch = "aarch64", target_endian = "little"));
+    *level == Level::Portable || is_arm && level.name() == "neon"
 }
 
 /// Panics unless `bytes` are no table, or one that evaluates to light for ordinary and hostile directions.

@@ -8,6 +8,8 @@ use super::Level;
 /// The widest level. Asked once: virtual machines take microseconds to answer.
 #[inline]
 pub(super) fn widest() -> Level {
+    const PORTABLE: u8 = 1 + Level::Portable as u8;
+    const AVX2: u8 = 1 + Level::Avx2 as u8;
     static KNOWN: AtomicU8 = AtomicU8::new(0);
     match KNOWN.load(Ordering::Relaxed) {
         0 => {
@@ -15,8 +17,8 @@ pub(super) fn widest() -> Level {
             KNOWN.store(1 + level as u8, Ordering::Relaxed);
             level
         }
-        1 => Level::Portable,
-        2 => Level::Avx2,
+        PORTABLE => Level::Portable,
+        AVX2 => Level::Avx2,
         _ => Level::Avx512,
     }
 }

@@ -18,6 +18,12 @@ mod avx512;
 #[cfg(all(target_arch = "x86_64", not(feature = "std")))]
 mod detect;
 mod doubles;
+#[cfg(all(
+    target_arch = "aarch64",
+    target_feature = "neon",
+    target_endian = "little"
+))]
+mod neon;
 mod pairs;
 mod portable;
 
@@ -109,12 +115,20 @@ pub trait Kernel {
     fn run<V: Vector, R: Row>(self) -> Self::Output;
 }
 
+/// Portable lanes of batches. Eight take seven times the code of one, and on ARM, which has NEON for them, minutes to compile.
+#[cfg(any(feature = "small", target_arch = "aarch64"))]
+type SideBySide = Single;
+#[cfg(not(any(feature = "small", target_arch = "aarch64")))]
+type SideBySide = Eight;
+
 /// The instruction sets that there is a file for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Level {
     /// Any machine.
     Portable,
+    /// 64-bit ARM with NEON: 8 lanes.
+    Neon,
     /// x86-64 with AVX2 and FMA: 8 lanes.
     Avx2,
     /// x86-64 with AVX-512 F: 16 lanes.
@@ -123,7 +137,7 @@ pub enum Level {
 
 impl Level {
     /// All levels, the widest last.
-    pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+    pub const ALL: [Self; 4] = [Self::Portable, Self::Neon, Self::Avx2, Self::Avx512];
 
     /// The widest level of this machine.
     #[inline]
@@ -132,6 +146,8 @@ impl Level {
             Self::Avx512
         } else if Self::Avx2.is_available() {
             Self::Avx2
+        } else if Self::Neon.is_available() {
+            Self::Neon
         } else {
             Self::Portable
         }
@@ -142,6 +158,12 @@ impl Level {
     pub fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
+            // No machine is asked: code is compiled with NEON or without.
+            Self::Neon => cfg!(all(
+                target_arch = "aarch64",
+                target_feature = "neon",
+                target_endian = "little"
+            )),
             Self::Avx512 if cfg!(feature = "small") => false,
             #[cfg(all(target_arch = "x86_64", feature = "std"))]
             Self::Avx2 => {
@@ -160,6 +182,7 @@ impl Level {
     pub fn name(self) -> &'static str {
         match self {
             Self::Portable => "portable",
+            Self::Neon => "neon",
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",
         }
@@ -171,7 +194,7 @@ impl Level {
         #[cfg(target_arch = "x86_64")]
         if self.is_available() {
             match self {
-                Self::Portable => {}
+                Self::Portable | Self::Neon => {}
                 // SAFETY: `is_available` has asked the machine for AVX2 and FMA, just above.
                 #[expect(unsafe_code, reason = "functions of an instruction set")]
                 Self::Avx2 => return unsafe { avx2::run(kernel) },
@@ -183,11 +206,15 @@ impl Level {
                 Self::Avx512 => return unsafe { avx512::run(kernel) },
             }
         }
-        // Eight lanes side by side take seven times the code of one.
-        #[cfg(feature = "small")]
-        return kernel.run::<Single, Eight>();
-        #[cfg(not(feature = "small"))]
-        kernel.run::<Eight, Eight>()
+        #[cfg(all(
+            target_arch = "aarch64",
+            target_feature = "neon",
+            target_endian = "little"
+        ))]
+        if self == Self::Neon {
+            return neon::run(kernel);
+        }
+        kernel.run::<SideBySide, Eight>()
     }
 
     /// Runs `kernel` on a single lane, compiled for this level's instructions.
@@ -198,6 +225,14 @@ impl Level {
             // SAFETY: `is_available` has asked the machine for AVX2 and FMA, just above.
             #[expect(unsafe_code, reason = "functions of an instruction set")]
             return unsafe { avx2::run_single(kernel) };
+        }
+        #[cfg(all(
+            target_arch = "aarch64",
+            target_feature = "neon",
+            target_endian = "little"
+        ))]
+        if self == Self::Neon {
+            return neon::run_single(kernel);
         }
         kernel.run::<Single, Eight>()
     }
