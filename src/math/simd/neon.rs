@@ -281,8 +281,8 @@ impl Vector for F32x8 {
         both!(vsubq_u32, a, b)
     }
     #[inline(always)]
-    fn times(index: Self::Index, factor: u32) -> Self::Index {
-        both!(vmulq_u32, index, Self::splat_index(factor))
+    fn times(a: Self::Index, b: Self::Index) -> Self::Index {
+        both!(vmulq_u32, a, b)
     }
     #[inline(always)]
     fn by_parity(index: Self::Index, even: Self::Index, odd: Self::Index) -> Self::Index {
