@@ -20,7 +20,7 @@ pub use cylinder::{Optics, Response};
 #[doc(hidden)]
 pub use cylinder::{ThreadPair, fresnel};
 pub use frame::ThreadFrame;
-pub(crate) use placed::PlacedNodes;
+pub(crate) use placed::{PlacedNodes, SharedNodes};
 pub use tangent::{Reweighting, Segment, TangentCurve, Tilt};
 pub(crate) use tangent::{projection_of_arcs, projection_of_tilts};
 pub use weave::{Components, ThreadResponse};

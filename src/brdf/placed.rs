@@ -50,6 +50,7 @@ use core::f64::consts::FRAC_1_SQRT_2;
 
 use super::psi::{Arc, Ordered, Seen};
 use super::{Optics, Response, TangentCurve, ThreadPair, tangent};
+use crate::math::simd::Row;
 use crate::math::{Lanes, Real, Vec3, norm2, splat};
 
 /// Keeps quotients of nothing finite, in f32 too.
@@ -142,24 +143,25 @@ impl<R: Real> PlacedNodes<R> {
             let segment = segment.splat::<L>();
             response = response.plus(
                 segment.density,
-                highlight.segment(optics, &segment, self),
+                highlight.segment(optics, &segment, self, &Everywhere(&self.nodes)),
             );
         }
         response
     }
 
-    /// S and V of segments of several threads, of each lane one, over all of these threads' lengths: `segments` as [`PlacedNodes::arcs`]
-    /// has them, and of threads for which the rule is the same.
+    /// S and V of segments of several threads, over all of these threads' lengths, in the lanes that each has: `segments` as
+    /// [`PlacedNodes::arcs`] has them, and of threads for which the rule is the same, whose nodes are `shared`.
     #[inline(always)]
-    pub(crate) fn response_of<L: Lanes>(
+    pub(crate) fn response_of<L: Row>(
         &self,
         pair: &ThreadPair<L>,
         optics: &Optics<L>,
         segments: [L; 6],
+        shared: &SharedNodes,
     ) -> Response<L> {
         let segments = Arc::of_numbers(segments);
         let highlight = Highlight::new(pair, optics, splat(self.half_reach));
-        let response = highlight.segment(optics, &segments, self);
+        let response = highlight.segment(optics, &segments, self, shared);
         Response::zero().plus(segments.density, response)
     }
 
@@ -173,6 +175,88 @@ impl<R: Real> PlacedNodes<R> {
             )
         };
         self.nodes == other.nodes && kind(self) == kind(other)
+    }
+}
+
+/// Nodes and weights on \[−1, 1\] of the lanes' segments.
+trait Nodes<L: Lanes> {
+    /// How many steps they take.
+    fn steps(&self) -> usize;
+    /// A node and its weight of each lane.
+    fn at(&self, step: usize) -> [L; 2];
+    /// The sum over all lanes of a segment, in each of them.
+    fn together(&self, x: L) -> L;
+}
+
+/// All nodes in every lane, which has a segment, or a pair, of its own.
+struct Everywhere<'a, R>(&'a [[R; 2]]);
+
+impl<R: Real, L: Lanes> Nodes<L> for Everywhere<'_, R> {
+    #[inline(always)]
+    fn steps(&self) -> usize {
+        self.0.len()
+    }
+    #[inline(always)]
+    fn at(&self, step: usize) -> [L; 2] {
+        let [node, weight] = self.0[step];
+        [splat(node), splat(weight)]
+    }
+    #[inline(always)]
+    fn together(&self, x: L) -> L {
+        x
+    }
+}
+
+/// Nodes of segments of one pair, of which each has as many lanes, a power of two.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SharedNodes {
+    lanes: usize,
+    steps: Vec<[[f32; 8]; 2]>,
+}
+
+impl SharedNodes {
+    /// The nodes of a rule in so many lanes of each segment.
+    pub(crate) fn new(nodes: &PlacedNodes<f32>, lanes: usize) -> Self {
+        let step = |nodes: &[[f32; 2]]| {
+            let mut step = [[0.0; 8]; 2];
+            for lane in 0..8 {
+                if let Some(node) = nodes.get(lane % lanes) {
+                    (step[0][lane], step[1][lane]) = (node[0], node[1]);
+                }
+            }
+            step
+        };
+        Self {
+            lanes,
+            steps: nodes.nodes.chunks(lanes).map(step).collect(),
+        }
+    }
+}
+
+impl<L: Row> Nodes<L> for SharedNodes {
+    #[inline(always)]
+    fn steps(&self) -> usize {
+        self.steps.len()
+    }
+    #[inline(always)]
+    fn at(&self, step: usize) -> [L; 2] {
+        let [node, weight] = self.steps[step];
+        [L::from_array(node), L::from_array(weight)]
+    }
+    #[inline(always)]
+    fn together(&self, x: L) -> L {
+        let mut x = x.to_array();
+        let mut apart = 1;
+        while apart < self.lanes {
+            let other = x;
+            let mut lane = 0;
+            while lane < 8 {
+                x[lane] = other[lane] + other[lane ^ apart];
+                lane += 1;
+            }
+            apart *= 2;
+        }
+        L::from_array(x)
     }
 }
 
@@ -308,7 +392,8 @@ impl<'a, L: Lanes> Highlight<'a, L> {
     fn theta_h(&self, (q, over): (L, L), first: L, last: L) -> L {
         let cos_sum = norm2(self.sides[0], self.radii[0] * first)
             + norm2(self.sides[1], self.radii[1] * last);
-        self.x_sum(q, over).atan2(cos_sum.max(L::of(TINY)))
+        let (x, cos_sum) = (self.x_sum(q, over), cos_sum.max(L::of(SMALLEST)));
+        (x / (cos_sum + norm2(x, cos_sum))).twice_atan()
     }
 
     /// X = |H_nt| sin β.
@@ -323,14 +408,15 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         &self,
         optics: &Optics<L>,
         segment: &Arc<L>,
-        nodes: &PlacedNodes<R>,
+        rule: &PlacedNodes<R>,
+        nodes: &impl Nodes<L>,
     ) -> Response<L> {
         let seen = self.order.seen(segment);
         let ends = self.ends(segment);
         let theta_a = self.theta_h(ends[0], seen.first[0].cos, seen.last[0].cos);
         let theta_b = self.theta_h(ends[1], seen.first[1].cos, seen.last[1].cos);
-        let near = self.sum(optics, &seen, ends, self.width, &nodes.nodes);
-        if !nodes.is_stiff {
+        let near = self.sum(optics, &seen, ends, self.width, nodes);
+        if !rule.is_stiff {
             let [surface, lobe] = exactness(
                 optics.over_gamma(),
                 [theta_a, theta_b],
@@ -345,14 +431,14 @@ impl<'a, L: Lanes> Highlight<'a, L> {
             optics.gamma_s.min(optics.gamma_v),
             optics.gamma_s.max(optics.gamma_v),
         );
-        let width = if nodes.surface_is_wide || nodes.volume_is_wide {
+        let width = if rule.surface_is_wide || rule.volume_is_wide {
             self.width * wider / narrower
         } else {
             L::of(EVEN)
         };
-        let wide = self.sum(optics, &seen, ends, width, &nodes.nodes);
-        let of_surface = if nodes.surface_is_wide { &wide } else { &near };
-        let of_volume = if nodes.volume_is_wide { &wide } else { &near };
+        let wide = self.sum(optics, &seen, ends, width, nodes);
+        let of_surface = if rule.surface_is_wide { &wide } else { &near };
+        let of_volume = if rule.volume_is_wide { &wide } else { &near };
         let [surface, lobe] = exactness(
             optics.over_gamma(),
             [theta_a, theta_b],
@@ -366,13 +452,13 @@ impl<'a, L: Lanes> Highlight<'a, L> {
 
     /// What the nodes make of a segment between two ends in q, with the map of a `width`.
     #[inline(always)]
-    fn sum<R: Real>(
+    fn sum(
         &self,
         optics: &Optics<L>,
         seen: &Seen<L>,
         ends: [(L, L); 2],
         width: L,
-        nodes: &[[R; 2]],
+        nodes: &impl Nodes<L>,
     ) -> Sums<L> {
         let (one, half) = (L::one(), L::of(0.5));
         let (a, b) = End::both(ends, one / width);
@@ -395,8 +481,8 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         let (first_a, last_b) = (seen.first[0], seen.last[1]);
 
         let mut sums = Sums::zero();
-        for [node, weight] in nodes {
-            let node = splat::<R, L>(*node);
+        for step in 0..nodes.steps() {
+            let [node, weight] = nodes.at(step);
             let (from_a, to_b) = (half_length * (one + node), half_length * (one - node));
             let (up, down) = (above + from_a, below + to_b);
             let t = half * (up - down);
@@ -407,7 +493,7 @@ impl<'a, L: Lanes> Highlight<'a, L> {
             let (stretch, over) = ((under2 + x2) * both, under2 * under * both);
             let q = x * stretch;
             let jacobian = (one + t * t) * stretch * stretch * over;
-            let weight = L::of(2.0) * half_length * width * splat::<R, L>(*weight) * jacobian;
+            let weight = L::of(2.0) * half_length * width * weight * jacobian;
 
             // Each direction is turned from the end where it may be at its horizon: its cosine is small there.
             let distance = width * stretch;
@@ -425,7 +511,13 @@ impl<'a, L: Lanes> Highlight<'a, L> {
             sums.surface_area = slope.mul_add(parts.surface_lobe, sums.surface_area);
             sums.volume_area = slope.mul_add(parts.volume_lobe, sums.volume_area);
         }
-        sums
+        Sums {
+            surface: nodes.together(sums.surface),
+            lobe: nodes.together(sums.lobe),
+            isotropic: nodes.together(sums.isotropic),
+            surface_area: nodes.together(sums.surface_area),
+            volume_area: nodes.together(sums.volume_area),
+        }
     }
 }
 

@@ -58,11 +58,7 @@ impl Coordinates {
     /// The share of the box in the value of a pair: see [`Rim::share_of_box`].
     #[inline(always)]
     pub fn share_of_box<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> R {
-        let rim = self.rim();
-        if rim.is_none() {
-            return R::one();
-        }
-        rim.share_of_box(height(wi, wr))
+        self.rim().share_of_box(height(wi, wr))
     }
 
     /// What to call them.
@@ -122,7 +118,13 @@ impl Coordinates {
     /// The point of a pair of unit directions above the surface.
     #[inline(always)]
     pub fn of<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
-        match self {
+        self.with_share(wi, wr).0
+    }
+
+    /// The same, and the share of the box.
+    #[inline(always)]
+    pub(crate) fn with_share<R: Lanes>(self, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+        let u = match self {
             Self::Thread {
                 chart,
                 ends_fold,
@@ -134,18 +136,20 @@ impl Coordinates {
                 } else {
                     (wi, wr)
                 };
-                let (u, side) = chart.coordinates_and_side(rim, wi, wr);
+                let (u, angles) = chart.coordinates_and_angles(rim, wi, wr);
+                let share = rim.share_of_box(angles.height);
                 if sides_fold {
-                    return u;
+                    return (u, share);
                 }
-                let half = R::of(0.5);
+                let (half, side) = (R::of(0.5), angles.side);
                 let is_mirrored = side.lt(R::zero());
-                [
+                let u = [
                     u[0],
                     u[1],
                     R::select(is_mirrored, R::one() - u[2], u[2]),
                     half + half * side * u[3],
-                ]
+                ];
+                return (u, share);
             }
             Self::Isotropic => isotropic::coordinates(wi, wr),
             Self::View { isotropic } => {
@@ -156,7 +160,8 @@ impl Coordinates {
                     u
                 }
             }
-        }
+        };
+        (u, R::one())
     }
 
     /// A pair at a point of the box; what the coordinates do not tell is anything.

@@ -23,12 +23,12 @@ use core::f64::consts::FRAC_PI_2;
 
 use crate::math::{Lanes, Real, Vec3, norm2, root};
 
-/// Pair to box, and −1 where the pair was mirrored s → −s for it, else 1; see [`super::Chart::coordinates`].
+/// Pair to box, and its angles; see [`super::Chart::coordinates`].
 #[inline(always)]
-pub(crate) fn coordinates<R: Lanes>(rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+pub(super) fn coordinates<R: Lanes>(rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], Angles<R>) {
     let angles = Angles::of(wi, wr);
     let [u1, u2, u3] = shared_coordinates(rim.end(), &angles);
-    ([first(wi, wr), u1, u2, u3], angles.side)
+    ([first(wi, wr), u1, u2, u3], angles)
 }
 
 /// u₀.

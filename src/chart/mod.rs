@@ -69,12 +69,17 @@ impl Chart {
     /// The coordinates of a pair of unit directions above the surface, given in thread coordinates.
     #[inline(always)]
     pub fn coordinates<R: Lanes>(self, rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> [R; 4] {
-        self.coordinates_and_side(rim, wi, wr).0
+        self.coordinates_and_angles(rim, wi, wr).0
     }
 
-    /// The same, and −1 where the pair was mirrored s → −s for it, else 1.
+    /// The same, and what they are of.
     #[inline(always)]
-    fn coordinates_and_side<R: Lanes>(self, rim: Rim, wi: Vec3<R>, wr: Vec3<R>) -> ([R; 4], R) {
+    fn coordinates_and_angles<R: Lanes>(
+        self,
+        rim: Rim,
+        wi: Vec3<R>,
+        wr: Vec3<R>,
+    ) -> ([R; 4], Angles<R>) {
         match self {
             Self::Thesis => thesis::coordinates(rim, wi, wr),
             Self::Highlight => highlight::coordinates(rim, wi, wr),
@@ -100,6 +105,8 @@ struct Angles<R> {
     phi_h: R,
     /// −1 if mirrored, else 1.
     side: R,
+    /// See [`height`].
+    height: R,
 }
 
 impl<R: Lanes> Angles<R> {
@@ -122,6 +129,7 @@ impl<R: Lanes> Angles<R> {
         let phi_d = R::select(is_mirrored, -phi_d, phi_d);
         Self {
             side: R::select(is_mirrored, R::of(-1.0), R::one()),
+            height: rim::height_of([wi[2], wr[2]], [rho_i, rho_r]),
             theta_h: half * (theta_i + theta_r),
             theta_d: half * (theta_i - theta_r),
             phi_d,
@@ -215,6 +223,7 @@ fn directions_at<R: Real>(rim: Rim, u: [R; 4], theta_h: R) -> (Vec3<R>, Vec3<R>)
         phi_d,
         phi_h,
         side: R::one(),
+        height: R::one(),
     }
     .directions()
 }

@@ -77,12 +77,15 @@ impl Rim {
 /// error.)
 #[inline(always)]
 pub fn height<R: Lanes>(wi: Vec3<R>, wr: Vec3<R>) -> R {
-    let least = of_one(wi);
-    least.min(of_one(wr))
+    height_of([wi[2], wr[2]], [norm2(wi[1], wi[2]), norm2(wr[1], wr[2])])
 }
 
+/// The same by the directions' z and √(y² + z²).
 #[inline(always)]
-fn of_one<R: Lanes>(w: Vec3<R>) -> R {
-    let azimuth = w[2] / norm2(w[1], w[2]).max(R::of(super::TINY));
-    azimuth.min(R::of(1.5) * w[2])
+pub(super) fn height_of<R: Lanes>([z_i, z_r]: [R; 2], [rho_i, rho_r]: [R; 2]) -> R {
+    let tiny = R::of(super::TINY);
+    let (rho_i, rho_r) = (rho_i.max(tiny), rho_r.max(tiny));
+    // The smaller of two quotients by one division.
+    let azimuth = (z_i * rho_r).min(z_r * rho_i) / (rho_i * rho_r);
+    azimuth.min(R::of(1.5) * z_i.min(z_r))
 }

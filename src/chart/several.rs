@@ -58,9 +58,9 @@ impl<L: Lanes> Several<L> {
         }
     }
 
-    /// The points of a pair in each thread's coordinates, as [`Coordinates::of`].
+    /// The points of a pair in each thread's coordinates, and the shares of their boxes, as [`Coordinates::with_share`].
     #[inline(always)]
-    pub(crate) fn of(&self, wi: Vec3<L>, wr: Vec3<L>) -> [L; 4] {
+    pub(crate) fn with_share(&self, wi: Vec3<L>, wr: Vec3<L>) -> ([L; 4], L) {
         let (zero, half, one) = (L::zero(), L::of(0.5), L::one());
         let away = L::both((wi[0] + wr[0]).lt(zero), self.ends_fold);
         let wi = [L::select(away, -wi[0], wi[0]), wi[1], wi[2]];
@@ -70,17 +70,12 @@ impl<L: Lanes> Several<L> {
         let (theta_h, psi) = (thesis::first(&angles), highlight::first(wi, wr));
         let is_mirrored = angles.side.lt(zero);
         let mirrored = L::select(is_mirrored, one - u2, u2);
-        [
+        let u = [
             L::select(self.is_highlight, psi, theta_h),
             u1,
             L::select(self.sides_fold, u2, mirrored),
             L::select(self.sides_fold, u3, half + half * angles.side * u3),
-        ]
-    }
-
-    /// The share of each thread's box in the value of a pair of this [`height`](super::height): see [`Rim::share_of_box`].
-    #[inline(always)]
-    pub(crate) fn share_of_box(&self, height: L) -> L {
-        Rim::share_from(self.rim, height)
+        ];
+        (u, Rim::share_from(self.rim, angles.height))
     }
 }

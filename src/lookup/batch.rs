@@ -96,7 +96,7 @@ impl Kernel for Batch<'_> {
     fn run<V: Vector, R: Row>(self) {
         // A large block has more to prepare than a few pairs are worth.
         if self.wi[0].len() <= FEW {
-            self.in_blocks::<V, R, FEW, FEW>();
+            self.in_blocks::<R, R, FEW, FEW>();
         } else {
             self.in_blocks::<V, R, BLOCK, STEP>();
         }
@@ -104,11 +104,11 @@ impl Kernel for Batch<'_> {
 }
 
 /// Pairs of a block: so many that those near the horizon fill vectors, and so few that all that is known of them stays in the first cache …
-const BLOCK: usize = 256;
+const BLOCK: usize = 512;
 /// … as the places of so many in a grid do beside it.
 const STEP: usize = 64;
 /// Pairs of a block for few.
-const FEW: usize = 16;
+const FEW: usize = 8;
 
 impl Batch<'_> {
     #[inline(always)]

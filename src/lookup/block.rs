@@ -8,7 +8,7 @@ use crate::math::{Vec3, each, splat};
 use crate::table::{Grid, SegmentGrid, Segments, Table, ThreadTable};
 
 /// Up to `N` pairs and what is known of them, a multiple of `STEP`, which is one of all vectors' lanes. What is behind the
-/// last pair is zero, or does not matter.
+/// last pair does not matter.
 pub(super) struct Block<const N: usize, const STEP: usize> {
     pub(super) pairs: usize,
     pub(super) wi: Vec3<[f32; N]>,
@@ -47,10 +47,15 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
     #[inline(always)]
     pub(super) fn load(&mut self, table: &Table, wi: Directions<'_>, wr: Directions<'_>) {
         self.pairs = wi[0].len().min(N);
+        if self.pairs == 0 {
+            return;
+        }
         for (to, from) in self.wi.iter_mut().zip(wi).chain(self.wr.iter_mut().zip(wr)) {
             to[..self.pairs].copy_from_slice(&from[..self.pairs]);
             let end = self.pairs.next_multiple_of(STEP);
-            to[self.pairs..end].fill(0.0);
+            // Like the last pair: of what is none at all, some machines are slow to compute.
+            let last = from[self.pairs - 1];
+            to[self.pairs..end].fill(last);
         }
         for (q, cos) in self.q.iter_mut().zip(&self.wr[2]) {
             *q = table.gap * cos;
@@ -126,10 +131,9 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
             while at < pairs {
                 let wi = frame.to_thread(self.wi(from + at));
                 let wr = frame.to_thread(self.wr(from + at));
-                let u = grid.coordinates.of(wi, wr);
+                let (u, share) = grid.coordinates.with_share(wi, wr);
                 let mut missing = self.places.find(grid, at, u);
                 if !rim.is_none() {
-                    let share = grid.coordinates.share_of_box(wi, wr);
                     share.store(&mut self.share[from + at..]);
                     missing = V::select(V::zero().lt(share), missing, V::zero());
                 }

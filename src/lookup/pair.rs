@@ -6,7 +6,7 @@ use crate::brdf::{
     Optics, Response, ThreadFrame, ThreadPair, Weave, projection_of_arcs, projection_of_tilts,
     without_cosine,
 };
-use crate::chart::{Several, height};
+use crate::chart::Several;
 use crate::math::simd::{Kernel, Row, Vector};
 use crate::math::{Vec3, each, splat};
 use crate::table::{GridGroup, Group, PARTS, Parts, Place, SegmentGroup, Table, dye, load};
@@ -82,12 +82,13 @@ fn in_frame<V: Vector>(frame: [V; 2], [wi, wr]: [Vec3<V>; 2]) -> [Vec3<V>; 2] {
 
 /// S and V of segments.
 #[inline(always)]
-fn direct<V: Vector>(table: &Table, segments: &SegmentGroup, pair: [Vec3<V>; 2]) -> Response<V> {
+fn direct<V: Row>(table: &Table, segments: &SegmentGroup, pair: [Vec3<V>; 2]) -> Response<V> {
     let [a, b, c, d, e, f, arc @ ..] = segments.group.numbers::<V>();
     let [wi, wr] = in_frame([a, b], pair);
     let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
     let optics = Optics::of_numbers([c, d, e, f]);
-    segments.nodes.response_of(&pair, &optics, arc)
+    let SegmentGroup { rule, nodes, .. } = segments;
+    rule.response_of(&pair, &optics, arc, nodes)
 }
 
 /// Adds what grids say, and what is near their threads' horizons.
@@ -102,7 +103,7 @@ fn look_up<V: Row>(
     let [a, b, c, d, e, f, g, h, s, v, units @ ..] = grids.group.numbers::<V>();
     let [wi, wr] = in_frame([a, b], pair);
     let coordinates = Several::of_numbers([c, d, e, f, g, h]);
-    let u = coordinates.of(wi, wr);
+    let (u, share) = coordinates.with_share(wi, wr);
     let places = [
         place(grids, 0, u[0], units[0]),
         place(grids, 1, u[1], units[1]),
@@ -129,7 +130,6 @@ fn look_up<V: Row>(
         sums.add(weight, albedo, all.both(0, [s, v]));
         return;
     }
-    let share = coordinates.share_of_box(height(wi, wr));
     sums.add(weight * share, albedo, all.both(0, [s, v]));
     let beyond = (V::one() - share).to_array();
     let threads = grids.group.threads.len();

@@ -3,10 +3,10 @@
 //! A batch has as many pairs for a vector as there are lanes. One pair has as many parts of threads: grids, single tilts, segments, and
 //! the arcs of projections. Each adds to sums over all of them, so that it does not matter whose they are.
 
-use alloc::vec::Vec;
+use alloc::{vec, vec::Vec};
 
 use super::{Content, Segments, ThreadTable};
-use crate::brdf::{PlacedNodes, Reweighting};
+use crate::brdf::{PlacedNodes, Reweighting, SharedNodes};
 use crate::math::simd::Vector;
 
 /// Lanes.
@@ -111,31 +111,63 @@ pub(crate) struct GridGroup {
     pub(crate) rims: Vec<SegmentGroup>,
 }
 
-/// Segments of one rule: frame, optics, arc.
+/// Segments of one rule: frame, optics, arc. Each has as many lanes as there is room for, which share its nodes; in the first it
+/// has its weight.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SegmentGroup {
     pub(crate) group: Group<12>,
     /// The rule, of some thread.
-    pub(crate) nodes: PlacedNodes<f32>,
+    pub(crate) rule: PlacedNodes<f32>,
+    pub(crate) nodes: SharedNodes,
 }
 
-impl SegmentGroup {
+/// Segments that are to become groups.
+#[derive(Default)]
+struct Collected<'a>(Vec<(&'a PlacedNodes<f32>, Vec<Segment<'a>>)>);
+
+/// A segment, and whose.
+struct Segment<'a> {
+    index: usize,
+    thread: &'a ThreadTable,
+    arc: [f32; 6],
+}
+
+impl<'a> Collected<'a> {
     /// Adds all segments of a thread.
-    fn add(groups: &mut Vec<Self>, index: usize, thread: &ThreadTable, nodes: &PlacedNodes<f32>) {
+    fn add(&mut self, index: usize, thread: &'a ThreadTable, nodes: &'a PlacedNodes<f32>) {
         for arc in nodes.arcs() {
-            let numbers = [&thread.frame.numbers()[..], &thread.optics.numbers(), &arc].concat();
-            let numbers = numbers.try_into().expect("12 numbers");
-            let has_room = |group: &&mut Self| {
-                group.group.threads.len() < PARTS && group.nodes.is_as_for(nodes)
+            let segment = Segment { index, thread, arc };
+            let has_room = |(rule, segments): &&mut (&PlacedNodes<f32>, Vec<Segment<'_>>)| {
+                segments.len() < PARTS && rule.is_as_for(nodes)
             };
-            match groups.iter_mut().find(has_room) {
-                Some(group) => group.group.put(index, thread, 1.0, numbers),
-                None => groups.push(Self {
-                    group: Group::of(index, thread, 1.0, numbers),
-                    nodes: nodes.clone(),
-                }),
+            match self.0.iter_mut().find(has_room) {
+                Some((_, segments)) => segments.push(segment),
+                None => self.0.push((nodes, vec![segment])),
             }
         }
+    }
+
+    fn groups(self) -> Vec<SegmentGroup> {
+        let group = |(rule, segments): (&PlacedNodes<f32>, Vec<Segment<'_>>)| {
+            let room = PARTS / segments.len();
+            let lanes = (1 << room.ilog2()).min(rule.count().next_power_of_two());
+            let mut groups: Vec<Group<12>> = Vec::new();
+            for Segment { index, thread, arc } in segments {
+                let (frame, optics) = (thread.frame.numbers(), thread.optics.numbers());
+                let numbers = [&frame[..], &optics, &arc].concat();
+                let numbers: [f32; 12] = numbers.try_into().expect("12 numbers");
+                for lane in 0..lanes {
+                    let share = if lane == 0 { 1.0 } else { 0.0 };
+                    Group::add(&mut groups, index, thread, share, numbers);
+                }
+            }
+            SegmentGroup {
+                group: groups.swap_remove(0),
+                rule: rule.clone(),
+                nodes: SharedNodes::new(rule, lanes),
+            }
+        };
+        self.0.into_iter().map(group).collect()
     }
 }
 
@@ -146,14 +178,14 @@ impl Parts {
             return None;
         }
         let mut parts = Self::default();
-        let mut grids = Vec::new();
+        let (mut grids, mut collected) = (Vec::new(), Collected::default());
         for (index, thread) in threads.iter().enumerate() {
             let frame = thread.frame.numbers();
             let optics = thread.optics.numbers();
             match &thread.segments {
                 Segments::None => {}
                 Segments::Direct(nodes) => {
-                    SegmentGroup::add(&mut parts.segments, index, thread, nodes);
+                    collected.add(index, thread, nodes);
                 }
                 Segments::Grid(segments) => {
                     let grid = &segments.grid;
@@ -180,6 +212,7 @@ impl Parts {
                 Group::add(&mut parts.arcs, index, thread, 1.0, numbers);
             }
         }
+        parts.segments = collected.groups();
         parts.grids = grids.into_iter().map(|group| GridGroup::new(group, threads)).collect();
         Some(parts)
     }
@@ -188,14 +221,14 @@ impl Parts {
 impl GridGroup {
     fn new(group: Group<14>, threads: &[ThreadTable]) -> Self {
         let (mut words, mut starts, mut strides) = (Vec::new(), [[0; PARTS]; 4], [[0; PARTS]; 4]);
-        let mut rims = Vec::new();
+        let mut rims = Collected::default();
         for (lane, index) in group.threads.iter().enumerate() {
             let thread = &threads[*index];
             let Segments::Grid(segments) = &thread.segments else {
                 continue;
             };
             if let Some(nodes) = &segments.rim {
-                SegmentGroup::add(&mut rims, lane, thread, nodes);
+                rims.add(lane, thread, nodes);
             }
             let grid = &segments.grid;
             for (axis, start) in grid.axes.iter().zip(&mut starts) {
@@ -213,7 +246,7 @@ impl GridGroup {
             words,
             starts,
             strides,
-            rims,
+            rims: rims.groups(),
         }
     }
 }
