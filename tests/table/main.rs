@@ -13,5 +13,6 @@ mod format;
 mod hostile_tables;
 mod needs;
 mod parity;
+mod rim;
 #[cfg(feature = "shader")]
 mod volume;
