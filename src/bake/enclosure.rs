@@ -2,13 +2,14 @@
 //!
 //! A latitude within a cap differs from that of its axis by no more than the radius r, an azimuth by no more than
 //! asin(sin r / cos θ). The normalised differences u₁ and u₂ are (b − a)/(a + b) of what two angles are away from ±π/2, so that they grow with one and
-//! fall with the other, and their extremes are at the ends.
+//! fall with the other, and their extremes are at the ends. A box that ends at a rim, b, has ±b instead; and pairs that have no part of it
+//! need no box.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use num_traits::Float;
 
-use crate::chart::{Chart, Coordinates};
+use crate::chart::{Chart, Coordinates, Rim};
 use crate::math::Vec3;
 use crate::needs::Cap;
 
@@ -33,6 +34,8 @@ pub struct Span {
     /// Polar angle and azimuth about the normal: the latter not reduced to ±π.
     polar: Range,
     around: Range,
+    /// No direction is higher above the thread's horizon, as [`height`](crate::chart::height) has it.
+    highest: f64,
     /// ψ of twice the direction: of the half vector where light comes from the viewer.
     psi: Range,
 }
@@ -61,12 +64,16 @@ impl Span {
         let theta = Float::atan2(x, length(y, z));
         let beside = Float::atan2(length(x, z), y.abs());
         let polar = Float::atan2(length(x, y), z);
+        let phi = span(Float::atan2(y, z), spread(FRAC_PI_2 - theta.abs()), quarter);
+        let least = |[low, high]: Range| f64::max(low.max(-high), 0.0);
+        let from_normal = span(polar, radius, [0.0, FRAC_PI_2]);
         Self {
+            highest: Float::cos(least(phi)).min(1.5 * Float::cos(from_normal[0])),
             axis,
             chord: 2.0 * Float::sin(0.5 * radius),
             theta: span(theta, radius, quarter),
-            phi: span(Float::atan2(y, z), spread(FRAC_PI_2 - theta.abs()), quarter),
-            polar: span(polar, radius, [0.0, FRAC_PI_2]),
+            phi,
+            polar: from_normal,
             around: span(
                 Float::atan2(y, x),
                 spread(polar.min(PI - polar)),
@@ -84,14 +91,18 @@ impl Coordinates {
     /// precision. Coordinates that there are not are 0.
     pub fn enclose(self, wi: &Span, wr: &Span, mut with: impl FnMut([Range; 4])) {
         match self {
-            Self::Thread { chart, .. } => {
+            Self::Thread { chart, rim, .. } => {
+                if is_beyond(rim, wi.highest.min(wr.highest)) {
+                    return;
+                }
                 let u0 = match chart {
-                    Chart::Thesis => half_sum(wi.theta, wr.theta),
+                    Chart::Thesis => half_sum(wi.theta, wr.theta, FRAC_PI_2),
                     Chart::Highlight => psi_of_half(wi, wr),
                 };
-                let u1 = ratio(wi.theta, wr.theta);
-                let u2 = ratio(wi.phi, wr.phi);
-                self.fold(u0, u1, u2, half_sum(wi.phi, wr.phi), with);
+                let u1 = ratio(wi.theta, wr.theta, FRAC_PI_2);
+                let u2 = ratio(wi.phi, wr.phi, rim.azimuth());
+                let u3 = half_sum(wi.phi, wr.phi, rim.azimuth());
+                self.fold(u0, u1, u2, u3, with);
             }
             Self::Isotropic => {
                 let [[a, b], [c, d]] = [wi.polar, wr.polar];
@@ -115,17 +126,20 @@ impl Coordinates {
     /// Boxes that together enclose the points of all pairs wi = wr in a span.
     pub fn enclose_collocated(self, w: &Span, mut with: impl FnMut([Range; 4])) {
         match self {
-            Self::Thread { chart, .. } => {
+            Self::Thread { chart, rim, .. } => {
+                if is_beyond(rim, w.highest) {
+                    return;
+                }
                 let u0 = match chart {
                     Chart::Thesis => w.theta,
                     Chart::Highlight => w.psi,
                 };
                 let middle = [0.0; 2];
                 self.fold(
-                    normal(u0),
+                    normal(u0, FRAC_PI_2),
                     middle,
                     middle,
-                    normal(w.phi),
+                    normal(w.phi, rim.azimuth()),
                     |[u0, _, _, u3]| {
                         with([u0, [0.5; 2], [0.5; 2], u3]);
                     },
@@ -186,24 +200,29 @@ fn slacken([low, high]: Range) -> Range {
     ]
 }
 
-/// An angle over π/2.
-fn normal(range: Range) -> Range {
-    range.map(|angle| angle / FRAC_PI_2)
+/// Whether pairs of such a height have no part of a box.
+fn is_beyond(rim: Rim, height: f64) -> bool {
+    rim.share_of_box(height + SLACK) <= 0.0
 }
 
-/// Half the sum of two angles within ±π/2, over π/2.
-fn half_sum([a, b]: Range, [c, d]: Range) -> Range {
-    normal([0.5 * (a + c), 0.5 * (b + d)])
+/// An angle over the most that there is in a box, within ±1.
+fn normal(range: Range, most: f64) -> Range {
+    range.map(|angle| (angle / most).clamp(-1.0, 1.0))
 }
 
-/// (i − r)/(π − |i + r|), within ±1.
-fn ratio([a, b]: Range, [c, d]: Range) -> Range {
+/// Half the sum of two angles over the most.
+fn half_sum([a, b]: Range, [c, d]: Range, most: f64) -> Range {
+    normal([0.5 * (a + c), 0.5 * (b + d)], most)
+}
+
+/// (i − r)/(2 `most` − |i + r|), within ±1.
+fn ratio([a, b]: Range, [c, d]: Range, most: f64) -> Range {
     let at = |i: f64, r: f64| {
-        let range = PI - (i + r).abs();
+        let range = 2.0 * most - (i + r).abs();
         (range > 0.0).then(|| ((i - r) / range).clamp(-1.0, 1.0))
     };
     // Where the range is empty the ratio is anything.
-    let is_at_pole = b + d >= PI || a + c <= -PI;
+    let is_at_pole = b + d >= 2.0 * most || a + c <= -2.0 * most;
     match (at(a, d), at(b, c)) {
         (Some(low), Some(high)) if !is_at_pole => [low, high],
         _ => [-1.0, 1.0],
@@ -218,7 +237,7 @@ fn psi_of_half(wi: &Span, wr: &Span) -> Range {
         return [-1.0, 1.0];
     }
     let (psi, spread) = (Float::atan2(h_t, h_n), Float::asin(stray / length));
-    normal([psi - spread, psi + spread]).map(|x| x.clamp(-1.0, 1.0))
+    normal([psi - spread, psi + spread], FRAC_PI_2)
 }
 
 /// |Δφ| over π.

@@ -300,6 +300,10 @@ fn cells(
     for both in needs.collocated().bins() {
         coordinates.enclose_collocated(&spans[both], |ranges| mark(&mut cells, ranges));
     }
+    // What is needed may all be beyond a rim, but there is no grid without cells.
+    if cells.iter().all(|cell| *cell == NONE) {
+        cells[0] = [0, 0];
+    }
     cells
 }
 

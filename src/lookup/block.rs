@@ -47,9 +47,6 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
     #[inline(always)]
     pub(super) fn load(&mut self, table: &Table, wi: Directions<'_>, wr: Directions<'_>) {
         self.pairs = wi[0].len().min(N);
-        if self.pairs == 0 {
-            return;
-        }
         for (to, from) in self.wi.iter_mut().zip(wi).chain(self.wr.iter_mut().zip(wr)) {
             to[..self.pairs].copy_from_slice(&from[..self.pairs]);
             let end = self.pairs.next_multiple_of(STEP);

@@ -12,6 +12,8 @@ const float SATEEN_PI = 3.14159265358979;
 const float SATEEN_TINY = 1e-10 * 1e-10 * 1e-10;
 // A direction that rises less than this above a cylinder's horizon sees nothing of it.
 const float SATEEN_UNSEEN = 1e-9 * 1e-9;
+// How far within its box a grid and placed nodes are blended.
+const float SATEEN_BAND = 0.05;
 // Where in the parameters threads begin, and how many each takes.
 const int SATEEN_HEADER = 2;
 const int SATEEN_THREAD = 7;
@@ -544,8 +546,19 @@ float sateen_normalized(float value, float range) {
     return range > 0.0 ? normalized : 0.5;
 }
 
+// How high above a thread's horizon a direction is.
+float sateen_height(vec3 w) {
+    return min(w.z / max(sateen_norm2(w.y, w.z), SATEEN_TINY), 1.5 * w.z);
+}
+
+// The share of a box that ends a `rim` before the horizon in the value of a pair.
+float sateen_share_of_box(float rim, vec3 wi, vec3 wr) {
+    float height = min(sateen_height(wi), sateen_height(wr));
+    return rim > 0.0 ? clamp((height - rim) / SATEEN_BAND, 0.0, 1.0) : 1.0;
+}
+
 // `chart` is the first of a grid's parameters.
-vec4 sateen_thread_coordinates(vec4 chart, vec3 wi, vec3 wr) {
+vec4 sateen_thread_coordinates(vec4 chart, float rim, vec3 wi, vec3 wr) {
     bool is_away = chart.y > 0.5 && wi.x + wr.x < 0.0;
     float x_i = is_away ? -wi.x : wi.x;
     float x_r = is_away ? -wr.x : wr.x;
@@ -565,8 +578,8 @@ vec4 sateen_thread_coordinates(vec4 chart, vec3 wi, vec3 wr) {
     float half_pi = 0.5 * SATEEN_PI;
     float u0 = sateen_normalized(chart.x < 0.5 ? theta_h : psi, half_pi);
     float u1 = sateen_normalized(theta_d, half_pi - abs(theta_h));
-    float u2 = sateen_normalized(phi_d, SATEEN_PI - 2.0 * phi_h);
-    float u3 = min(phi_h / half_pi, 1.0);
+    float u2 = sateen_normalized(phi_d, 2.0 * (half_pi - rim) - 2.0 * phi_h);
+    float u3 = min(phi_h / (half_pi - rim), 1.0);
     if (chart.z < 0.5) {
         u2 = side < 0.0 ? 1.0 - u2 : u2;
         u3 = 0.5 + 0.5 * side * u3;
@@ -606,9 +619,10 @@ float sateen_warp(vec4 axis, float u) {
 // S and V of the grid whose parameters begin there: one fetch.
 vec2 sateen_grid(int grid, vec3 wi, vec3 wr) {
     vec4 chart = sateen_parameter(grid);
+    vec4 last_axis = sateen_parameter(grid + 5);
     vec4 u;
     if (chart.x < 1.5) {
-        u = sateen_thread_coordinates(chart, wi, wr);
+        u = sateen_thread_coordinates(chart, last_axis.w, wi, wr);
     } else if (chart.x < 2.5) {
         u = sateen_isotropic_coordinates(wi, wr);
     } else {
@@ -617,7 +631,7 @@ vec2 sateen_grid(int grid, vec3 wi, vec3 wr) {
     float t0 = sateen_warp(sateen_parameter(grid + 2), u.x);
     float t1 = sateen_warp(sateen_parameter(grid + 3), u.y);
     float t2 = sateen_warp(sateen_parameter(grid + 4), u.z);
-    float t3 = sateen_warp(sateen_parameter(grid + 5), u.w);
+    float t3 = sateen_warp(last_axis, u.w);
     // What 1 stands for in S and V, nodes of u₂ and u₃.
     vec4 scale = sateen_parameter(grid + 1);
     float slab = max(min(floor(t3), scale.w - 2.0), 0.0);
@@ -652,12 +666,18 @@ vec3 sateen_thread_response(int thread, vec3 wi, vec3 wr) {
     vec4 parts = sateen_parameter(thread + 3);
     SateenPair pair = sateen_thread_pair(thread_wi, thread_wr, head.y);
     vec2 response = sateen_response_of_tilts(pair, optics, parts);
-    if (frame.w > 1.5) {
+    // That of a grid in the segments.
+    float share = 0.0;
+    if (frame.w > 0.5 && frame.w < 1.5) {
+        share = sateen_share_of_box(sateen_parameter(int(grids.x) + 5).w, thread_wi, thread_wr);
+    }
+    if (frame.w > 0.5 && share < 1.0) {
         vec4 segments = sateen_parameter(thread + 4);
         vec4 placed = sateen_parameter(thread + 5);
-        response += sateen_mean_response(pair, optics, segments, placed);
-    } else if (frame.w > 0.5) {
-        response += sateen_grid(int(grids.x), thread_wi, thread_wr);
+        response += (1.0 - share) * sateen_mean_response(pair, optics, segments, placed);
+    }
+    if (share > 0.0) {
+        response += share * sateen_grid(int(grids.x), thread_wi, thread_wr);
     }
     float projection;
     if (head.w > 0.5) {

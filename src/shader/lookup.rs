@@ -146,7 +146,18 @@ impl<'a> Lookup<'a> {
         let optics = thread.optics.cast::<Single>();
         let mut response = match &thread.segments {
             Segments::None => Response::zero(),
-            Segments::Grid(_) => grid(),
+            Segments::Grid(segments) => {
+                let of_grid = grid();
+                match &segments.rim {
+                    Some(nodes) => {
+                        let share = segments.grid.coordinates().share_of_box(wi, wr);
+                        Response::zero()
+                            .plus(Single(1.0) - share, nodes.mean_response(&pair, &optics))
+                            .plus(share, of_grid)
+                    }
+                    None => of_grid,
+                }
+            }
             Segments::Direct(nodes) => nodes.mean_response(&pair, &optics),
             Segments::Curve(_) => {
                 return ThreadResponse {

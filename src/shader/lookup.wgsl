@@ -12,6 +12,8 @@ const SATEEN_PI: f32 = 3.14159265358979;
 const SATEEN_TINY: f32 = 1e-30;
 // A direction that rises less than this above a cylinder's horizon sees nothing of it.
 const SATEEN_UNSEEN: f32 = 1e-18;
+// How far within its box a grid and placed nodes are blended.
+const SATEEN_BAND: f32 = 0.05;
 // Where in the parameters threads begin, and how many each takes.
 const SATEEN_HEADER: i32 = 2;
 const SATEEN_THREAD: i32 = 7;
@@ -544,8 +546,19 @@ fn sateen_normalized(value: f32, range: f32) -> f32 {
     return select(0.5, normalized, range > 0.0);
 }
 
+// How high above a thread's horizon a direction is.
+fn sateen_height(w: vec3f) -> f32 {
+    return min(w.z / max(sateen_norm2(w.y, w.z), SATEEN_TINY), 1.5 * w.z);
+}
+
+// The share of a box that ends a `rim` before the horizon in the value of a pair.
+fn sateen_share_of_box(rim: f32, wi: vec3f, wr: vec3f) -> f32 {
+    let height = min(sateen_height(wi), sateen_height(wr));
+    return select(1.0, clamp((height - rim) / SATEEN_BAND, 0.0, 1.0), rim > 0.0);
+}
+
 // `chart` is the first of a grid's parameters.
-fn sateen_thread_coordinates(chart: vec4f, wi: vec3f, wr: vec3f) -> vec4f {
+fn sateen_thread_coordinates(chart: vec4f, rim: f32, wi: vec3f, wr: vec3f) -> vec4f {
     let is_away = chart.y > 0.5 && wi.x + wr.x < 0.0;
     let x_i = select(wi.x, -wi.x, is_away);
     let x_r = select(wr.x, -wr.x, is_away);
@@ -565,8 +578,8 @@ fn sateen_thread_coordinates(chart: vec4f, wi: vec3f, wr: vec3f) -> vec4f {
     let half_pi = 0.5 * SATEEN_PI;
     let u0 = sateen_normalized(select(psi, theta_h, chart.x < 0.5), half_pi);
     let u1 = sateen_normalized(theta_d, half_pi - abs(theta_h));
-    var u2 = sateen_normalized(phi_d, SATEEN_PI - 2.0 * phi_h);
-    var u3 = min(phi_h / half_pi, 1.0);
+    var u2 = sateen_normalized(phi_d, 2.0 * (half_pi - rim) - 2.0 * phi_h);
+    var u3 = min(phi_h / (half_pi - rim), 1.0);
     if (chart.z < 0.5) {
         u2 = select(u2, 1.0 - u2, side < 0.0);
         u3 = 0.5 + 0.5 * side * u3;
@@ -606,9 +619,10 @@ fn sateen_warp(axis: vec4f, u: f32) -> f32 {
 // S and V of the grid whose parameters begin there: one fetch.
 fn sateen_grid(grid: i32, wi: vec3f, wr: vec3f) -> vec2f {
     let chart = sateen_parameter(grid);
+    let last_axis = sateen_parameter(grid + 5);
     var u: vec4f;
     if (chart.x < 1.5) {
-        u = sateen_thread_coordinates(chart, wi, wr);
+        u = sateen_thread_coordinates(chart, last_axis.w, wi, wr);
     } else if (chart.x < 2.5) {
         u = sateen_isotropic_coordinates(wi, wr);
     } else {
@@ -617,7 +631,7 @@ fn sateen_grid(grid: i32, wi: vec3f, wr: vec3f) -> vec2f {
     let t0 = sateen_warp(sateen_parameter(grid + 2), u.x);
     let t1 = sateen_warp(sateen_parameter(grid + 3), u.y);
     let t2 = sateen_warp(sateen_parameter(grid + 4), u.z);
-    let t3 = sateen_warp(sateen_parameter(grid + 5), u.w);
+    let t3 = sateen_warp(last_axis, u.w);
     // What 1 stands for in S and V, nodes of u₂ and u₃.
     let scale = sateen_parameter(grid + 1);
     let slab = max(min(floor(t3), scale.w - 2.0), 0.0);
@@ -652,12 +666,18 @@ fn sateen_thread_response(thread: i32, wi: vec3f, wr: vec3f) -> vec3f {
     let parts = sateen_parameter(thread + 3);
     let pair = sateen_thread_pair(thread_wi, thread_wr, head.y);
     var response = sateen_response_of_tilts(pair, optics, parts);
-    if (frame.w > 1.5) {
+    // That of a grid in the segments.
+    var share = 0.0;
+    if (frame.w > 0.5 && frame.w < 1.5) {
+        share = sateen_share_of_box(sateen_parameter(i32(grids.x) + 5).w, thread_wi, thread_wr);
+    }
+    if (frame.w > 0.5 && share < 1.0) {
         let segments = sateen_parameter(thread + 4);
         let placed = sateen_parameter(thread + 5);
-        response += sateen_mean_response(pair, optics, segments, placed);
-    } else if (frame.w > 0.5) {
-        response += sateen_grid(i32(grids.x), thread_wi, thread_wr);
+        response += (1.0 - share) * sateen_mean_response(pair, optics, segments, placed);
+    }
+    if (share > 0.0) {
+        response += share * sateen_grid(i32(grids.x), thread_wi, thread_wr);
     }
     var projection: f32;
     if (head.w > 0.5) {

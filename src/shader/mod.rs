@@ -22,7 +22,7 @@
 //!
 //! `wi` and `wr` are unit vectors to the light and to the viewer in the surface frame (x warp, y weft, z normal). They do what the
 //! lookup does, under the same names: single tilts, projections and threads without a grid by their closed forms ([`crate::brdf`]),
-//! threads with one by their volume. [`Lookup`] is the same in Rust, step by step: what shaders are held to (`tests/gpu/shader.rs`).
+//! threads with one by their volume, and by placed nodes near the horizon if it ends before. [`Lookup`] is the same in Rust, step by step: what shaders are held to (`tests/gpu/shader.rs`).
 //!
 //! # Parameters
 //!
@@ -35,8 +35,8 @@
 //!         + 1        albedo r, g, b, –
 //!         + 2        η² − 1, k_d, γ_s, γ_v
 //!         + 3        first tilt, how many, first arc, how many         (arcs: the segments in parts of at most 90°)
-//!         + 4        first segment, how many, first node, how many     (of kind 2)
-//!         + 5        c/2, then 1 or 0: is stiff, surface lobe is wide, volume lobe is wide                    (of kind 2)
+//!         + 4        first segment, how many, first node, how many     (of kinds 1 and 2)
+//!         + 5        c/2, then 1 or 0: is stiff, surface lobe is wide, volume lobe is wide                    (of kinds 1 and 2)
 //!         + 6        grid of S and V, grid of the projection (of kind 3), –, –
 //! tilt               cos δ, sin δ, weight, δ
 //! arc and segment    cos and sin of the lower end, cos and sin of the upper end
@@ -44,7 +44,7 @@
 //! node               place and weight of a Gauss–Legendre node, –, –
 //! grid               chart: 0 thesis, 1 highlight, 2 isotropic, 3 view; 1 if ends fold; 1 if sides fold (view: is isotropic); first slab
 //!         + 1        what 1 stands for in S and in V; nodes of u₂, nodes of u₃
-//!         + 2 … 5    u₀ … u₃: first warp, pieces, nodes − 1, –
+//!         + 2 … 5    u₀ … u₃: first warp, pieces, nodes − 1, – (of u₃: how far before the horizon the box ends, radians)
 //! warp               a, b, a', b' of two neighbouring pieces: t = a + b u
 //! ```
 //!

@@ -1,6 +1,6 @@
 //! What shaders read besides the volume: `mod.rs` has the layout.
 
-use crate::brdf::Reweighting;
+use crate::brdf::{PlacedNodes, Reweighting};
 use crate::chart::{Chart, Coordinates};
 use crate::table::{Segments, Table, ThreadTable};
 use crate::volume::{GridVolume, Nodes, Volume};
@@ -72,25 +72,18 @@ fn thread_record<'a>(
             .map(|t| [t.cos, t.sin, t.weight, t.angle]),
     );
     let arcs = push_arcs(array, tangents.arcs());
-    let (mut segments, mut nodes, mut placed, mut places) =
-        ([0.0; 2], [0.0; 2], [0.0; 4], [0.0; 2]);
+    let (mut direct, mut places) = ([[0.0; 4]; 2], [0.0; 2]);
     let kind = match &thread.segments {
         Segments::None => 0.0,
-        Segments::Grid(_) => {
+        Segments::Grid(segments) => {
             places[0] = grid(array);
+            if let Some(rim) = &segments.rim {
+                direct = push_direct(rim, array);
+            }
             1.0
         }
-        Segments::Direct(direct) => {
-            let (half_reach, [is_stiff, surface, volume]) = direct.numbers();
-            segments = push_arcs(array, direct.arcs());
-            nodes = push(
-                array,
-                direct
-                    .nodes()
-                    .iter()
-                    .map(|[node, weight]| [*node, *weight, 0.0, 0.0]),
-            );
-            placed = [half_reach, flag(is_stiff), flag(surface), flag(volume)];
+        Segments::Direct(nodes) => {
+            direct = push_direct(nodes, array);
             2.0
         }
         Segments::Curve(_) => {
@@ -103,8 +96,8 @@ fn thread_record<'a>(
         [r, g, b, 0.0],
         optics,
         [tilts[0], tilts[1], arcs[0], arcs[1]],
-        [segments[0], segments[1], nodes[0], nodes[1]],
-        placed,
+        direct[0],
+        direct[1],
         [places[0], places[1], 0.0, 0.0],
     ]
 }
@@ -114,6 +107,21 @@ fn push(array: &mut Vec<[f32; 4]>, entries: impl Iterator<Item = [f32; 4]>) -> [
     let start = array.len();
     array.extend(entries);
     [start as f32, (array.len() - start) as f32]
+}
+
+/// What evaluates segments directly: where they and the nodes begin and how many there are, and how.
+fn push_direct(direct: &PlacedNodes<f32>, array: &mut Vec<[f32; 4]>) -> [[f32; 4]; 2] {
+    let (half_reach, [is_stiff, surface, volume]) = direct.numbers();
+    let [segment, segments] = push_arcs(array, direct.arcs());
+    let nodes = direct.nodes().iter();
+    let [node, count] = push(
+        array,
+        nodes.map(|[node, weight]| [*node, *weight, 0.0, 0.0]),
+    );
+    [
+        [segment, segments, node, count],
+        [half_reach, flag(is_stiff), flag(surface), flag(volume)],
+    ]
 }
 
 fn push_arcs(array: &mut Vec<[f32; 4]>, arcs: impl Iterator<Item = [f32; 6]>) -> [f32; 2] {
@@ -129,7 +137,8 @@ fn push_arcs(array: &mut Vec<[f32; 4]>, arcs: impl Iterator<Item = [f32; 6]>) ->
 }
 
 fn push_grid(grid: &GridVolume, array: &mut Vec<[f32; 4]>) -> f32 {
-    let axes = grid.nodes().each_ref().map(|nodes| push_warp(nodes, array));
+    let mut axes = grid.nodes().each_ref().map(|nodes| push_warp(nodes, array));
+    axes[3][3] = 0.01 * f32::from(grid.coordinates().rim().hundredths());
     let (chart, ends, sides) = match grid.coordinates() {
         Coordinates::Thread {
             chart,

@@ -345,9 +345,11 @@ impl Sample {
     ) -> Self {
         let frame = thread.frame.cast::<Single>();
         let lanes = |w: [f32; 3]| frame.to_thread(w.map(Single));
-        let u = grid.coordinates().of(lanes(pair.wi), lanes(pair.wr));
+        let (wi, wr) = (lanes(pair.wi), lanes(pair.wr));
+        let u = grid.coordinates().of(wi, wr);
         let weights = if role == 0 {
-            pair.threads[index]
+            let [share] = grid.coordinates().share_of_box(wi, wr).to_array();
+            pair.threads[index].map(|weight| weight * f64::from(share))
         } else {
             [f64::from(thread.coverage()) * pair.per_q, 0.0]
         };

@@ -13,6 +13,7 @@ mod format;
 mod hostile_tables;
 mod needs;
 mod parity;
+mod rim;
 mod tiles;
 #[cfg(feature = "shader")]
 mod volume;

@@ -7,7 +7,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 use sateen::bake::{
-    Baked, Budget, Direct, Goal, Preset, Promise, Provenance, Request, Scope, Settings, bake,
+    Baked, Budget, Direct, For, Goal, Preset, Promise, Provenance, Request, Scope, Settings, bake,
 };
 use sateen::chart::Chart;
 use sateen::fabric::{Fabric, LIBRARY, Thread};
@@ -81,6 +81,9 @@ pub(crate) struct BakeArgs {
     /// threads are fast in batches; single pairs are faster from grids.
     #[arg(long, value_enum, value_name = "WHEN", conflicts_with_all = ["max_error", "max_ns"])]
     direct: Option<Direct>,
+    /// What the table is made for: one pair at a time, what is evaluated directly is dear beside a grid.
+    #[arg(long = "for", value_enum, value_name = "USE", default_value_t = For::Batch)]
+    made_for: For,
     #[command(flatten)]
     dye: Dye,
     #[command(flatten)]
@@ -436,6 +439,7 @@ fn settings(args: &BakeArgs) -> Settings {
     let mut settings = args.preset.settings();
     settings.chart = args.chart;
     settings.direct = args.direct.unwrap_or(settings.direct);
+    settings.made_for = args.made_for;
     settings
 }
 

@@ -143,6 +143,13 @@ fn thread_text(thread: &ThreadTable) -> String {
     if let Some(grid) = thread.grid() {
         parts.push(grid_text(grid));
     }
+    if let Some((rim, tilts)) = thread.rim() {
+        let from = 0.01 * f64::from(rim.hundredths());
+        parts.push(format!(
+            "within {:.0}° of its horizon {tilts} tilts per segment",
+            from.to_degrees()
+        ));
+    }
     if let Some(grid) = thread.projection_grid() {
         parts.push(format!("projection {}", grid_text(grid)));
     }
@@ -252,6 +259,7 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             "tilts": tilts.collect::<Value>(),
             "segments": segments.collect::<Value>(),
             "direct_nodes": thread.direct_nodes(),
+            "rim": thread.rim().map(|(rim, tilts)| json!({ "from": 0.01 * f64::from(rim.hundredths()), "nodes": tilts })),
             "grid": thread.grid().map(grid),
             "projection_grid": thread.projection_grid().map(grid),
         })

@@ -404,8 +404,15 @@ pub(crate) fn choice_lines(choices: &[Choice]) -> String {
             choice.direct_cost
         );
         if choice.grid {
+            let rim = choice.rim.map_or(String::new(), |rim| {
+                format!(
+                    " up to {:.0}° from the horizon, beyond {} tilts per segment",
+                    rim.from.to_degrees(),
+                    rim.nodes
+                )
+            });
             format!(
-                "  {:<14} grid{grid_error}, rather than {direct}\n",
+                "  {:<14} grid{grid_error}{rim}, rather than {direct}\n",
                 choice.thread
             )
         } else {
