@@ -30,7 +30,7 @@ use super::survey::{DirectErrors, Survey};
 use crate::brdf::Reweighting;
 use crate::chart::{Chart, Rim};
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Axis, CHANNELS, Encoding};
+use crate::table::{Axis, CHANNELS, COEFFICIENT_BYTES};
 
 /// The most nodes per segment that are tried.
 const MAX_NODES: usize = 16;
@@ -131,7 +131,6 @@ impl Representation {
 pub(super) struct Planned {
     pub(super) integrand: Integrand,
     pub(super) plan: Plan,
-    pub(super) encoding: Encoding,
 }
 
 /// A grid, and what evaluates pairs beyond its rim.
@@ -229,8 +228,8 @@ fn choose(
     })
 }
 
-/// The most bytes of a projection that only the viewer sees …
-const PROJECTION_BYTES: usize = 32 << 10;
+/// The most coefficients of a projection that only the viewer sees …
+const PROJECTION_COEFFICIENTS: usize = 8 << 10;
 /// … and the largest part of a thread's that it takes.
 const PROJECTION_PART: usize = 8;
 /// How much less a projection shall err than a response: it divides all of the fabric.
@@ -245,21 +244,17 @@ fn plan_curve(
 ) -> Result<Representation, Cancelled> {
     let Survey { fabric, thread, .. } = *survey;
     let strands = thread.strands(thread.direction());
-    let coefficient_bytes = |encoding: Encoding| CHANNELS * encoding.bytes();
-    let max_bytes = max_coefficients * coefficient_bytes(settings.encoding);
-    let aim = |encoding, max_bytes, target_error| Aim {
-        encoding,
-        max_coefficients: max_bytes / coefficient_bytes(encoding),
+    let aim = |max_coefficients, target_error| Aim {
+        max_coefficients,
         target_error,
     };
     let of_projection = match fabric.reweighting {
         Reweighting::View => aim(
-            Encoding::SqrtI16,
-            PROJECTION_BYTES.min(max_bytes / PROJECTION_PART),
+            PROJECTION_COEFFICIENTS.min(max_coefficients / PROJECTION_PART),
             PROJECTION_ERROR * settings.target_error,
         ),
         // One of both directions is like that of the response, and has as much room.
-        Reweighting::Both => aim(settings.encoding, max_bytes / 2, settings.target_error),
+        Reweighting::Both => aim(max_coefficients / 2, settings.target_error),
     };
     let integrand =
         |chart| Integrand::of_projection(fabric, thread, &strands, chart, settings.tolerance);
@@ -267,8 +262,8 @@ fn plan_curve(
     let projection = best_chart(survey, settings, integrand, of_projection, planning)?;
 
     let taken: usize = projection.plan.axes.iter().map(Axis::len).product();
-    let left = max_bytes.saturating_sub(taken * coefficient_bytes(projection.encoding));
-    let of_response = aim(settings.encoding, left, settings.target_error);
+    let left = max_coefficients.saturating_sub(taken);
+    let of_response = aim(left, settings.target_error);
     let integrand =
         |chart| Integrand::of_curve(fabric, thread, &strands, chart, settings.tolerance);
     let planning = progress.part(0.3, 1.0);
@@ -288,7 +283,6 @@ fn plan_grid(
 ) -> Result<Rimmed, Cancelled> {
     let Survey { fabric, thread, .. } = *survey;
     let aim = Aim {
-        encoding: settings.encoding,
         max_coefficients,
         target_error: settings.target_error,
     };
@@ -381,13 +375,9 @@ fn best_chart(
     let mut grids = Vec::new();
     for (index, integrand) in integrands.into_iter().enumerate() {
         let progress = progress.part(index as f64 / count, (index + 1) as f64 / count);
-        let ladders = survey.ladders(&integrand, aim.encoding, progress)?;
+        let ladders = survey.ladders(&integrand, progress)?;
         let plan = ladders.plan(aim.max_coefficients, aim.target_error);
-        grids.push(Planned {
-            integrand,
-            plan,
-            encoding: aim.encoding,
-        });
+        grids.push(Planned { integrand, plan });
     }
     let best = grids
         .into_iter()
@@ -402,7 +392,7 @@ pub(super) fn choose_all(
     settings: &Settings,
     progress: Progress<'_>,
 ) -> Result<(Vec<Option<Representation>>, Vec<Choice>), Cancelled> {
-    let max_coefficients = settings.max_bytes / (CHANNELS * settings.encoding.bytes());
+    let max_coefficients = settings.max_bytes / (CHANNELS * COEFFICIENT_BYTES);
     let mut open: Vec<usize> = (0..threads.len())
         .filter(|index| !threads[*index].thread.has_closed_form())
         .collect();

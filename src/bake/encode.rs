@@ -8,7 +8,7 @@ use crate::brdf::Response;
 use crate::chart::Coordinates;
 use crate::fabric::Thread;
 use crate::progress::{Cancelled, Progress};
-use crate::table::{Axis, CHANNELS, Content, Grid, Run, UNIT, own, place_of};
+use crate::table::{self, Axis, CHANNELS, Content, Grid, Run, UNIT, own, place_of};
 
 /// Coefficients below this are stored as zero …
 const DARK: f64 = 1e-30;
@@ -27,11 +27,7 @@ pub(super) fn fill_grid(
     scope: &Scope<'_>,
     progress: Progress<'_>,
 ) -> Result<Grid, Cancelled> {
-    let Planned {
-        integrand,
-        plan,
-        encoding,
-    } = planned;
+    let Planned { integrand, plan } = planned;
     let coordinates = integrand.coordinates();
     let albedo = thread.albedo[0];
     let filler = Filler {
@@ -44,18 +40,11 @@ pub(super) fn fill_grid(
                 Content::Volume => [volume, 0.0],
                 Content::Dyed => [surface + albedo * volume, 0.0],
             };
-            values.map(|value| encoding.encode(value))
+            values.map(table::encode)
         },
     };
     let direction = thread.direction();
-    let extent = Extent::new(
-        scope,
-        coordinates,
-        direction,
-        &plan.axes,
-        filler.channels,
-        encoding,
-    );
+    let extent = Extent::new(scope, coordinates, direction, &plan.axes, filler.channels);
     let scaling = &extent.scaling;
     let (mut values, scale) = if extent.axes == plan.axes {
         let values = filler.rows(&extent.axes, &extent.sites, progress)?;

@@ -9,7 +9,7 @@ use super::{BakeError, Scope, Settings};
 use crate::chart::Coordinates;
 use crate::fabric::{Fabric, Thread};
 use crate::progress::Progress;
-use crate::table::{Axis, Content, Encoding, Rows};
+use crate::table::{Axis, COEFFICIENT_BYTES, Content, Rows, coefficients_of};
 
 /// What is left out of a fabric's table.
 #[derive(Debug, Clone)]
@@ -91,7 +91,7 @@ pub fn forecast(
                     let seconds = seconds_per_site(&|u| {
                         planned.integrand.at_point(u);
                     });
-                    of_grid(thread, scope, coordinates, axes, planned.encoding, seconds)
+                    of_grid(thread, scope, coordinates, axes, seconds)
                 }),
             }
         });
@@ -117,15 +117,14 @@ fn of_grid(
     scope: &Scope<'_>,
     coordinates: Coordinates,
     all_axes: [Axis; 4],
-    encoding: Encoding,
     seconds_per_site: f64,
 ) -> GridForecast {
     let content = scope.content(thread);
     let all: usize = all_axes.iter().map(Axis::len).product();
     let channels = content.channels();
-    let channel_bytes = channels * encoding.bytes();
+    let channel_bytes = channels * COEFFICIENT_BYTES;
     let direction = thread.direction();
-    let extent = Extent::new(scope, coordinates, direction, &all_axes, channels, encoding);
+    let extent = Extent::new(scope, coordinates, direction, &all_axes, channels);
     let (axes, rows) = (&extent.axes, &extent.rows);
     let collapsed = (0..coordinates.rank())
         .filter(|axis| axes[*axis].is_flat())
@@ -174,7 +173,10 @@ fn of_grid(
         content,
         collapsed,
         cells,
-        bytes: [bytes, all * Content::Both.channels() * encoding.bytes()],
+        bytes: [
+            bytes,
+            coefficients_of(&all_axes) * Content::Both.channels() * COEFFICIENT_BYTES,
+        ],
         sites: [sites, all],
         seconds: [sites, all].map(|sites| sites as f64 * seconds_per_site),
         projections: [project(0, 1), project(2, 3)],

@@ -19,7 +19,7 @@ use crate::fabric::{Fabric, Thread};
 use crate::math::simd::Single;
 use crate::metrics::protocol_pairs;
 use crate::progress::{Cancelled, Progress, Steps};
-use crate::table::{Axis, Encoding, MAX_DEPTH, MOST_UNEVEN};
+use crate::table::{Axis, MAX_DEPTH, MOST_UNEVEN, encode};
 
 const LINES: usize = 48;
 /// Lines are sampled at 2 to the power of this many intervals, at least.
@@ -41,7 +41,6 @@ pub(super) struct Plan {
 /// What a plan aims for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Aim {
-    pub(super) encoding: Encoding,
     pub(super) max_coefficients: usize,
     /// Mean relative error at which there are knots enough.
     pub(super) target_error: f64,
@@ -51,12 +50,11 @@ pub(super) struct Aim {
 pub(super) struct Ladders(Vec<Ladder>);
 
 impl Ladders {
-    /// Of an `integrand` of the thread, stored with `encoding`.
+    /// Of an `integrand` of the thread.
     pub(super) fn climb(
         fabric: &Fabric,
         thread: &Thread,
         integrand: &Integrand,
-        encoding: Encoding,
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
         let integrand = &integrand.at_first_sight();
@@ -91,7 +89,7 @@ impl Ladders {
         for k in 0..rank {
             let scale = Scale::new(k, thread, coordinates);
             let sample = |place: &Place| {
-                let sample = Line::sample(integrand, &scale, k, place, encoding, &size, &steps)?;
+                let sample = Line::sample(integrand, &scale, k, place, &size, &steps)?;
                 steps.advance().map(|()| sample)
             };
             let places = &places[k * LINES..(k + 1) * LINES];
@@ -163,6 +161,8 @@ struct Scale {
     has_kink: bool,
     /// Whether knots lie evenly about the middle.
     mirrored: bool,
+    /// Coefficients come in tiles of as many.
+    rows: usize,
 }
 
 impl Scale {
@@ -188,6 +188,7 @@ impl Scale {
             has_kink: coordinates.kinks()[k] && !halved,
             // A face on which pairs are mirrored into each other looks the same from both sides only if splines on it do.
             mirrored: coordinates.mirrored()[k],
+            rows: if k == 1 { 2 } else { 1 },
         }
     }
 
@@ -250,7 +251,6 @@ impl Line {
         scale: &Scale,
         k: usize,
         place: &Place,
-        encoding: Encoding,
         &Size { albedo, floor }: &Size,
         steps: &Steps<'_>,
     ) -> Result<Self, Cancelled> {
@@ -263,12 +263,12 @@ impl Line {
             shares += share;
             let response = integrand.at_point(u);
             let values = [response.surface, response.volume];
-            let quantity = values.map(|value| encoding.encode(value));
+            let quantity = values.map(|value| encode(value));
             let total = response.surface + albedo * response.volume + floor;
-            let slope = |q: f64| if encoding.is_root() { 2.0 * q } else { 1.0 };
+            // What splines are of is the root of a value.
             let weights = [
-                share * slope(quantity[0]) / total,
-                share * albedo * slope(quantity[1]) / total,
+                share * 2.0 * quantity[0] / total,
+                share * albedo * 2.0 * quantity[1] / total,
             ];
             Ok((quantity, weights))
         };
@@ -344,9 +344,9 @@ impl Ladder {
         }
     }
 
-    /// Coefficients of the axis.
+    /// Coefficients of the axis that take memory.
     fn length(&self, inserted: usize) -> usize {
-        self.axis(inserted).len()
+        self.axis(inserted).len().next_multiple_of(self.scale.rows)
     }
 
     fn axis(&self, inserted: usize) -> Axis {

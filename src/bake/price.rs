@@ -25,6 +25,8 @@ pub(super) struct Prices {
     segment: f64,
     /// … and per tilt.
     tilt: f64,
+    /// How many times as long that takes for the pairs near a horizon, whose vectors are not all full.
+    scattered: f64,
 }
 
 impl For {
@@ -34,11 +36,13 @@ impl For {
                 grid: 20.0,
                 segment: 7.6,
                 tilt: 6.1,
+                scattered: 1.5,
             },
             Self::Single => Prices {
-                grid: 90.0,
-                segment: 60.0,
-                tilt: 82.0,
+                grid: 70.0,
+                segment: 120.0,
+                tilt: 12.0,
+                scattered: 1.0,
             },
         }
     }
@@ -52,6 +56,6 @@ impl Prices {
 
     /// Of a grid with a rim that `share` of all pairs are in, where direct evaluation costs `direct`.
     pub(super) fn grid(&self, share: f64, direct: f64) -> f64 {
-        self.grid + share * direct
+        self.grid + self.scattered * share * direct
     }
 }

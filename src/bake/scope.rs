@@ -8,7 +8,7 @@ use crate::chart::Coordinates;
 use crate::fabric::Thread;
 use crate::math::simd::Single;
 use crate::needs::{Cap, Directions, Needs};
-use crate::table::{Axis, Content, Encoding, REACH, Rows, Run, TAPS, place_of};
+use crate::table::{Axis, COEFFICIENT_BYTES, Content, REACH, Rows, Run, TAPS, place_of};
 
 /// What a table will be asked for.
 #[derive(Debug, Clone, Copy, Default)]
@@ -83,7 +83,6 @@ impl Extent {
         direction: f64,
         axes: &[Axis; 4],
         channels: usize,
-        encoding: Encoding,
     ) -> Self {
         let scaling = scaling_rows(axes);
         let all = Self {
@@ -115,17 +114,18 @@ impl Extent {
                 .expect("runs are those of cells, of which some are needed")
         });
         let index = rows.as_ref().map_or(0, Rows::bytes);
-        let bytes = channels * encoding.bytes();
-        if !is_collapsed && index + bytes * count(&runs) >= bytes * count(&all.runs) {
-            return all;
-        }
-        Self {
+        let part = Self {
             axes,
             runs,
             rows,
             sites,
-            ..all
+            scaling: all.scaling.clone(),
+        };
+        let bytes = channels * COEFFICIENT_BYTES;
+        if !is_collapsed && index + bytes * part.coefficients() >= bytes * all.coefficients() {
+            return all;
         }
+        part
     }
 
     /// Sites that are integrated.
@@ -134,9 +134,14 @@ impl Extent {
         count(&self.sites) + if is_apart { count(&self.scaling) } else { 0 }
     }
 
-    /// Coefficients that are kept.
+    /// Coefficients that are kept; where a tile has one row, as if it had two.
     pub(super) fn coefficients(&self) -> usize {
-        count(&self.runs)
+        let planes = self.runs.chunks_exact(self.axes[1].len());
+        let of_plane = |plane: &[Run]| {
+            let tiles = plane.iter().step_by(2);
+            2 * tiles.map(|run| usize::from(run.count)).sum::<usize>()
+        };
+        planes.map(of_plane).sum()
     }
 }
 

@@ -4,20 +4,15 @@ use serde::{Deserialize, Serialize};
 
 use super::{Direct, For};
 use crate::chart::Chart;
-use crate::table::Encoding;
 
 /// Size against accuracy, ready-made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// At most 512 KiB in memory and 256 KiB in the file: for previews.
-    ///
-    /// The file is small enough with 420 KiB in memory.
+    /// At most 300 kB in memory and 200 kB in the file: for previews.
     Draft,
-    /// At most 4 MiB in memory and 2 MiB in the file: for use.
-    ///
-    /// The file is small enough with 3840 KiB in memory.
+    /// At most 1.2 MB in memory and 0.7 MB in the file: for use.
     Standard,
     /// At most 32 MiB in memory: for reference; takes minutes.
     Fine,
@@ -31,8 +26,6 @@ pub struct Settings {
     /// The four coordinates of the tables; if none, for each thread those in which less error is expected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chart: Option<Chart>,
-    /// How samples are stored.
-    pub encoding: Encoding,
     /// The most bytes of samples in memory, shared equally by the threads that need a grid.
     pub max_bytes: usize,
     /// Knots are added to a thread's grid until its expected mean relative error is below this, or `max_bytes` reached.
@@ -68,14 +61,13 @@ impl Preset {
     /// The settings of the preset.
     pub fn settings(self) -> Settings {
         let (max_bytes, max_error, target_error, tolerance) = match self {
-            Self::Draft => (420 << 10, 1e-2, 4e-3, 1e-4),
-            Self::Standard => (3840 << 10, 2e-3, 5e-4, 1e-4),
+            Self::Draft => (290 << 10, 1e-2, 2e-3, 1e-4),
+            Self::Standard => (1170 << 10, 2e-3, 5e-4, 1e-4),
             Self::Fine => (32 << 20, 3e-4, 1e-4, 1e-5),
         };
         Settings {
             preset: self,
             chart: None,
-            encoding: Encoding::SqrtI16,
             max_bytes,
             target_error,
             direct: Direct::Worthwhile,

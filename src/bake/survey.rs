@@ -10,7 +10,6 @@ use crate::fabric::{Fabric, Thread};
 use crate::metrics::{Pair, PairKind, protocol_pairs};
 use crate::model::gauss_legendre;
 use crate::progress::{Cancelled, Progress};
-use crate::table::Encoding;
 
 /// Pairs that direct evaluation is judged on, of all and of those near the horizon …
 const PAIRS: usize = 512;
@@ -26,7 +25,7 @@ const TOLERANCE: f64 = 1e-6;
 pub(super) struct Survey<'a> {
     pub(super) fabric: &'a Fabric,
     pub(super) thread: &'a Thread,
-    ladders: Vec<(Integrand, Encoding, Ladders)>,
+    ladders: Vec<(Integrand, Ladders)>,
     values: Option<Values>,
 }
 
@@ -80,22 +79,18 @@ impl<'a> Survey<'a> {
     pub(super) fn ladders(
         &mut self,
         integrand: &Integrand,
-        encoding: Encoding,
         progress: Progress<'_>,
     ) -> Result<&Ladders, Cancelled> {
-        let is_it = |known: &(Integrand, Encoding, Ladders)| {
-            known.0.is_of(integrand) && known.1.is_root() == encoding.is_root()
-        };
+        let is_it = |known: &(Integrand, Ladders)| known.0.is_of(integrand);
         let index = match self.ladders.iter().position(is_it) {
             Some(index) => index,
             None => {
-                let ladders =
-                    Ladders::climb(self.fabric, self.thread, integrand, encoding, progress)?;
-                self.ladders.push((integrand.clone(), encoding, ladders));
+                let ladders = Ladders::climb(self.fabric, self.thread, integrand, progress)?;
+                self.ladders.push((integrand.clone(), ladders));
                 self.ladders.len() - 1
             }
         };
-        Ok(&self.ladders[index].2)
+        Ok(&self.ladders[index].1)
     }
 
     /// What direct evaluation is judged by.

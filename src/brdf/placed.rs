@@ -167,13 +167,7 @@ impl<R: Real> PlacedNodes<R> {
 
     /// Whether the rule is the same for another thread.
     pub(crate) fn is_as_for(&self, other: &Self) -> bool {
-        let kind = |nodes: &Self| {
-            (
-                nodes.is_stiff,
-                nodes.surface_is_wide,
-                nodes.volume_is_wide,
-            )
-        };
+        let kind = |nodes: &Self| (nodes.is_stiff, nodes.surface_is_wide, nodes.volume_is_wide);
         self.nodes == other.nodes && kind(self) == kind(other)
     }
 }

@@ -32,7 +32,11 @@ impl Coordinates {
         };
         let [azimuth, over] = rim.end();
         let flag = |is: bool| f32::from(u8::from(is));
-        let height = if rim.is_none() { BELOW } else { rim.height() as f32 };
+        let height = if rim.is_none() {
+            BELOW
+        } else {
+            rim.height() as f32
+        };
         Some([
             flag(chart == Chart::Highlight),
             flag(ends_fold),

@@ -84,7 +84,12 @@ impl<const STEP: usize> Places<STEP> {
             V::store_index(place.first, to);
         }
         for lane in 0..V::LANES {
-            let of_lane = [first[0][lane], first[1][lane], first[2][lane], first[3][lane]];
+            let of_lane = [
+                first[0][lane],
+                first[1][lane],
+                first[2][lane],
+                first[3][lane],
+            ];
             self.tile[at + lane] = rows.tile(of_lane);
         }
         missing

@@ -27,7 +27,11 @@ impl Kernel for Pair<'_> {
     #[inline(always)]
     fn run<V: Vector, R: Row>(self) -> [f32; 3] {
         let Self {
-            table, parts, wi, wr, ..
+            table,
+            parts,
+            wi,
+            wr,
+            ..
         } = self;
         if !(wi[2] > 0.0 && wr[2] > 0.0) {
             return [0.0; 3];

@@ -1,8 +1,8 @@
 //! A function of pairs of directions, tabulated.
 
-use super::{Axis, UNIT};
 use super::numbers::Numbers;
 use super::rows::Rows;
+use super::{Axis, UNIT};
 use crate::chart::Coordinates;
 
 /// Spline coefficients of √S and √V of one thread's segments, over the box of its coordinates.
@@ -70,6 +70,13 @@ pub(crate) const PADDING: usize = TILE - 2 * super::axis::TAPS;
 /// How many tiles as many rows along u₁ make.
 pub(crate) const fn tiles_of(rows: usize) -> usize {
     rows.div_ceil(2)
+}
+
+/// How many coefficients grids of these axes have in their tiles, which are of two rows along u₁ even where there is one.
+#[cfg(feature = "bake")]
+pub(crate) fn coefficients_of(axes: &[Axis; 4]) -> usize {
+    let [n0, n1, n2, n3] = axes.each_ref().map(Axis::len);
+    2 * n0 * tiles_of(n1) * n2 * n3
 }
 
 impl Grid {

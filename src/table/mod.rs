@@ -46,10 +46,13 @@ mod rows;
 
 pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, MOST_UNEVEN, REACH};
 pub(crate) use axis::{Place, TAPS};
-pub use encoding::Encoding;
+#[cfg(feature = "bake")]
+pub(crate) use encoding::{COEFFICIENT_BYTES, encode};
 pub(crate) use encoding::{UNIT, decode};
 pub use error::Error;
 pub use format::{MAX_DECODED_BYTES, VERSION};
+#[cfg(feature = "bake")]
+pub(crate) use grid::coefficients_of;
 pub(crate) use grid::{CHANNELS, TILE, WHOLE, tiles_of};
 pub use grid::{Content, Grid};
 pub(crate) use misses::Misses;

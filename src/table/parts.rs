@@ -191,8 +191,12 @@ impl Parts {
                     let grid = &segments.grid;
                     let has_all = grid.content == Content::Both && !grid.is_partial();
                     let coordinates = grid.coordinates.numbers().filter(|_| has_all)?;
-                    let units = grid.axes.each_ref().map(|axis| (1u32 << axis.depth()) as f32);
-                    let numbers = [&frame[..], &coordinates, &grid.integer_scale(), &units].concat();
+                    let units = grid
+                        .axes
+                        .each_ref()
+                        .map(|axis| (1u32 << axis.depth()) as f32);
+                    let numbers =
+                        [&frame[..], &coordinates, &grid.integer_scale(), &units].concat();
                     let numbers = numbers.try_into().expect("14 numbers");
                     Group::add(&mut grids, index, thread, 1.0, numbers);
                 }
@@ -213,7 +217,10 @@ impl Parts {
             }
         }
         parts.segments = collected.groups();
-        parts.grids = grids.into_iter().map(|group| GridGroup::new(group, threads)).collect();
+        parts.grids = grids
+            .into_iter()
+            .map(|group| GridGroup::new(group, threads))
+            .collect();
         Some(parts)
     }
 }
