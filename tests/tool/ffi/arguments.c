@@ -64,7 +64,7 @@ static void loading(const char *path, const unsigned char *bytes, size_t length)
     damaged[40] ^= 1;
     EXPECT(sateen_from_bytes(damaged, length, &table, message, sizeof message) == SATEEN_DAMAGED);
     damaged[40] ^= 1;
-    damaged[8] = 3;
+    damaged[8] = 2;
     EXPECT(sateen_from_bytes(damaged, length, &table, message, sizeof message) == SATEEN_VERSION);
     free(damaged);
 
