@@ -249,7 +249,7 @@ pub fn measure(
         })
         .collect::<Result<Vec<Option<Looks>>, Cancelled>>()?;
 
-    let timed = timing::timed_pairs(truth.pairs(), options.seed);
+    let timed = timing::timed_pairs(truth.protocol_pairs(), options.seed);
     let times = timing::interleaved(
         &candidates,
         &timed,
@@ -289,7 +289,7 @@ pub fn measure(
     if let Some(table) = report.headline().filter(|table| !table.is_exact()) {
         let index = report.evaluators.iter().position(|other| other == table);
         let errors = truth.relative_errors(&values[index.expect("it is one of them")]);
-        report.heat = heat::maps(&table.evaluator, fabric, truth.pairs(), &errors);
+        report.heat = heat::maps(&table.evaluator, fabric, truth.protocol_pairs(), &errors);
     }
     Ok(report)
 }

@@ -144,15 +144,18 @@ fn text(path: &Path, export: &Export<'_>, format: Format, files: &[File], cost: 
         },
         export.parameters().len(),
     );
-    text += "  relative error       mean        p99  grazing p99\n";
+    text += "  relative error       mean        p99  grazing p99      rim p99\n";
     for (name, errors) in [("table", &cost.table), ("exported", &cost.exported)] {
-        let PairErrors { all, grazing, .. } = errors;
+        let PairErrors {
+            all, grazing, rim, ..
+        } = errors;
         let percent = |x: f64| format!("{:.3} %", 100.0 * x);
         text += &format!(
-            "    {name:<12} {:>10} {:>10} {:>12}\n",
+            "    {name:<12} {:>10} {:>10} {:>12} {:>12}\n",
             percent(all.mean),
             percent(all.p99),
-            percent(grazing.p99)
+            percent(grazing.p99),
+            percent(rim.p99)
         );
     }
     text + &format!(

@@ -436,14 +436,20 @@ pub(crate) fn error_lines(error: &ErrorReport) -> String {
             p999,
             max,
         },
-    ) in [("all", &error.all), ("grazing", &error.grazing)]
+    ) in error.sets()
     {
+        if *pairs == 0 {
+            continue;
+        }
         let values = [mean, p50, p95, p99, p999, max]
             .map(|x| format!("{:>10}", percent(*x)))
             .join(" ");
         lines += &format!("    {name:<12} {values} {pairs:>8}\n");
     }
     lines += &format!("  RMSE / mean      {:>8}\n", percent(error.rmse_over_mean));
+    if error.bias.is_empty() {
+        return lines;
+    }
     lines += "  directional reflectance (bias)";
     for bias in &error.bias {
         let sign = if bias.bias < 0.0 { '−' } else { '+' };
