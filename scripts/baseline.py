@@ -31,7 +31,7 @@ def rows(tool, preset, fabrics, folder):
     def sateen(*arguments):
         return subprocess.run([tool, *arguments], check=True, stdout=subprocess.PIPE).stdout
 
-    bakes = json.loads(sateen("bake", *(fabrics or ["--all"]), "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))
+    bakes = json.loads(sateen("bake", *(fabrics or ["--all"]), "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))["tables"]
     report = f"{folder}/report-{preset}"
     sateen("report", *fabrics, "--presets", preset, "--no-sweep", "--no-fits", "--pairs", "4096", "-o", report)
     times, looks = {}, {}

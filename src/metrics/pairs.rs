@@ -111,7 +111,7 @@ pub(super) fn endless_rim(fabric: &Fabric, rim: PairKind, seed: u64) -> impl Ite
         let other = match rim {
             PairKind::RimBoth => near_horizon(LOW, &mut rng),
             PairKind::RimLast => near_horizon(LAST, &mut rng),
-            _ => match threads.is_empty() || index / 2 % 2 == 0 {
+            _ => match threads.is_empty() || index % 4 < 2 {
                 true => cosine_weighted(&mut rng),
                 false => {
                     let thread = threads[rng.random_range(0..threads.len())];
@@ -124,7 +124,7 @@ pub(super) fn endless_rim(fabric: &Fabric, rim: PairKind, seed: u64) -> impl Ite
                 }
             },
         };
-        let (wi, wr) = if index % 2 == 0 {
+        let (wi, wr) = if index.is_multiple_of(2) {
             (low, other)
         } else {
             (other, low)

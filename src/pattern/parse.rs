@@ -6,7 +6,6 @@ use std::io;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::image::srgb_to_linear;
 use super::layout::Layout;
 use super::{Files, Image, Material, Pattern, albedos};
 use crate::brdf::limits;
@@ -346,10 +345,9 @@ impl Reader<'_> {
                 }
             }
             let image = self.image(&raw.image)?;
-            let is_linear = image.is_linear();
-            let image = image.map(|pixel| {
-                pixel.map(|x| scale as f32 * if is_linear { x } else { srgb_to_linear(x) })
-            });
+            let transfer = image.transfer();
+            let image =
+                image.map(|pixel| pixel.map(|x| (scale * transfer.linear(x.into())) as f32));
             let is_albedo = |x: &f32| limits::ALBEDO.contains(&f64::from(*x));
             if !image.pixels().iter().flatten().all(is_albedo) {
                 let message = format!(

@@ -20,6 +20,8 @@ pub use front::pareto_front;
 pub use heat::{Axis, HeatMap};
 pub use look::{Look, Looks};
 pub use machine::Machine;
+#[doc(hidden)]
+pub use records::schema;
 
 use candidate::Candidate;
 use rayon::prelude::*;
@@ -40,7 +42,7 @@ use crate::table::{Encoding, Error};
 pub struct Options {
     /// Numbers of samples of the midpoint rule.
     pub midpoints: Vec<u32>,
-    /// Numbers of placed nodes per segment.
+    /// Numbers of placed tilts per segment.
     pub quadratures: Vec<u32>,
     /// Presets to bake.
     pub presets: Vec<Preset>,
@@ -180,7 +182,7 @@ impl Report {
     pub fn files(&self) -> Vec<(String, String)> {
         let mut files = vec![
             ("report.csv".to_owned(), records::csv(self)),
-            ("report.json".to_owned(), records::json(self)),
+            ("report.json".to_owned(), records::json("report", self)),
             ("index.html".to_owned(), page::html(self)),
         ];
         for fabric in &self.fabrics {

@@ -96,8 +96,22 @@ pub(super) fn csv(report: &Report) -> String {
     String::from_utf8(bytes).expect("names and numbers are text")
 }
 
+/// What a program reads first: which keys there are, and what they mean.
+#[doc(hidden)]
+pub fn schema(what: &str) -> String {
+    format!("sateen-{what}/1")
+}
+
+#[derive(Serialize)]
+struct Versioned<'a, T> {
+    schema: String,
+    #[serde(flatten)]
+    content: &'a T,
+}
+
 /// Everything, to be read by people, too.
-pub(crate) fn json(report: &impl Serialize) -> String {
-    let text = serde_json::to_string_pretty(report).expect("numbers, names and lists are JSON");
-    text + "\n"
+pub(crate) fn json(what: &str, content: &impl Serialize) -> String {
+    let schema = schema(what);
+    let text = serde_json::to_string_pretty(&Versioned { schema, content });
+    text.expect("numbers, names and lists are JSON") + "\n"
 }

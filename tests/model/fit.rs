@@ -158,6 +158,17 @@ fn a_fit_goes_into_the_file_and_from_there_into_eval() {
             "[oren_nayar]\nalbedo = { color = [",
         ))
         .stderr(contains("oren-nayar of denim: relative error"));
+    let told = sateen(&["fit", "lambert", "denim", "--json"]).success();
+    let told: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
+    assert_eq!(told["schema"], "sateen-fit/1");
+    assert_eq!(
+        told["parameters"]["lambert"]["albedo"]["color"]
+            .as_array()
+            .unwrap()
+            .len(),
+        3
+    );
+    assert!(told["error"]["all"]["mean"].as_f64().unwrap() > 0.1);
     sateen(&["fit", "lambert", "denim", "-o", &fitted])
         .success()
         .stdout("");

@@ -54,6 +54,7 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
 
     let json: Value = serde_json::from_str(&files["report.json"]).unwrap();
     let report: Report = serde_json::from_str(&files["report.json"]).unwrap();
+    assert_eq!(json["schema"], "sateen-report/1");
     assert_eq!((report.pairs, report.seed, report.rounds), (512, 17, 1));
     let mut lines = files["report.csv"].lines();
     let columns: Vec<&str> = lines.next().unwrap().split(',').collect();

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::args::{Print, Workers};
 use crate::forecast::forecast_svg;
-use crate::output::{Bar, Output, bytes, print, print_json, use_workers};
+use crate::output::{Bar, Output, bytes, counted, print, print_json, use_workers};
 
 /// Say what a scene needs of its fabrics, and what a bake for it leaves out.
 #[derive(clap::Args)]
@@ -54,13 +54,14 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     let settings = args.preset.settings();
 
     let mut bar = Bar::new(fabrics.len() + 1);
+    bar.begin("analysing", &scene.name);
     let report = |share: f64| bar.report(share);
     let start = Instant::now();
     let analysis = scene.analyse(Progress::new(&report))?;
     let seconds = start.elapsed().as_secs_f64();
     let mut found = Vec::new();
     for (name, used) in &fabrics {
-        bar.begin(name);
+        bar.begin("forecasting", name);
         let needs = &analysis.needs[name];
         let report = |share: f64| bar.report(share);
         let scope = scope_of(used, needs);
@@ -79,7 +80,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     }
     drop(bar);
     if args.print.json {
-        print_json(&to_json(&scene, &analysis, seconds, &found))?;
+        print_json("scene", to_json(&scene, &analysis, seconds, &found))?;
     } else {
         print(&to_text(&scene, &analysis, seconds, &found))?;
     }
@@ -112,13 +113,13 @@ fn to_text(scene: &Scene, analysis: &Analysis, seconds: f64, found: &[Found<'_>]
     let mut text = format!("{}: {}\n", scene.name, scene.title);
     for object in &analysis.objects {
         text += &format!(
-            "  {:<12} {} triangles in {} patches, {} placements, {} lights and {} cameras: {:.1} % of all pairs of {}\n",
+            "  {:<12} {} in {}, {}, {} and {}: {:.1} % of all pairs of {}\n",
             object.name,
-            object.triangles,
-            object.patches,
-            object.placements,
-            object.lights,
-            object.cameras,
+            counted(object.triangles, "triangle"),
+            counted(object.patches, "patch"),
+            counted(object.placements, "placement"),
+            counted(object.lights, "light"),
+            counted(object.cameras, "camera"),
             100.0 * object.share,
             object.fabrics.join(", "),
         );
@@ -128,8 +129,8 @@ fn to_text(scene: &Scene, analysis: &Analysis, seconds: f64, found: &[Found<'_>]
         text += &format!("  left out: the material {material}, which is no fabric\n");
     }
     text += &format!(
-        "  left out: {} fabrics of the library, which are on no mesh\n",
-        unused(&scene.fabrics())
+        "  left out: {} of the library, on no mesh\n",
+        counted(unused(&scene.fabrics()), "fabric")
     );
     for (used, needs, forecast) in found {
         let name = &used.fabric.name;

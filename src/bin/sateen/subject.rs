@@ -12,6 +12,7 @@ use sateen::pattern::{MAX_IMAGE_BYTES, Pattern};
 use sateen::table::{MAX_DECODED_BYTES, Table};
 use sateen::text::{read_capped, read_ordinary};
 
+use crate::guidance::PLACES;
 use crate::output::{Output, Usage, say};
 
 /// No table takes more: its samples, and as much again for the case that they do not compress. A mistyped path to a film is not
@@ -138,6 +139,13 @@ pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabri
     let looks_like_path =
         argument.ends_with(".toml") || argument.contains(['/', '\\']) || path.exists();
     if !looks_like_path {
+        if PLACES.contains(&argument) {
+            let message = format!(
+                "{argument} is what cloth lies on, not a fabric: `sateen render {argument} {}FABRIC -o FILE`",
+                if argument == "mesh" { "MESH " } else { "" }
+            );
+            return Err(Usage(message).into());
+        }
         match nearest_name(argument) {
             Some(name) => bail!(
                 "no fabric is called \"{argument}\"; did you mean {name}? `sateen fabrics` lists them all"
@@ -233,14 +241,16 @@ pub(crate) fn report_folder<'a>(
         return Err(Usage(message).into());
     }
     // Before the work, to find out.
-    Output::prepare(&folder.join(file))?;
+    if Output::prepare(&folder.join(file))?.replaces() {
+        say(&format!("the report in {} is replaced", folder.display()));
+    }
     Ok(folder)
 }
 
 /// Writes the files of a report.
 pub(crate) fn write_files(folder: &Path, files: Vec<(String, String)>) -> Result<()> {
     for (name, text) in files {
-        Output::prepare(&folder.join(name))?.write(text.as_bytes())?;
+        Output::prepare(&folder.join(name))?.write_silently(text.as_bytes())?;
     }
     Ok(())
 }
