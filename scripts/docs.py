@@ -67,13 +67,17 @@ def numbers():
 
 
 def results(preset):
-    head = ["fabric", "mean", "p99", "grazing p99", "in memory", "in the file", "FLIP", "batch", "single"]
+    # A baseline from before there were rims lacks them.
+    rims = [key for key in ("rim_p99", "rim_both_p99", "rim_last_p99") if all(row.get(key) for row in baseline(preset))]
+    names = {"rim_p99": "rim p99", "rim_both_p99": "both", "rim_last_p99": "last"}
+    head = ["fabric", "mean", "p99", "grazing p99", *(names[key] for key in rims), "in memory", "in the file", "FLIP", "batch", "single"]
     rows = [
         [
             row["fabric"],
             percent(row["mean"], 3),
             percent(row["p99"]),
             percent(row["grazing_p99"]),
+            *(percent(row[key]) for key in rims),
             size(row["decoded_bytes"]),
             size(row["file_bytes"]),
             f"{float(row['sphere_flip']):.4f}",

@@ -46,10 +46,13 @@ pub struct ErrorReport {
     /// Over those with min(wi·n, wr·n) < 0.1.
     pub grazing: Quantiles,
     /// Over pairs of [`PairKind::Rim`] …
+    #[serde(default)]
     pub rim: Quantiles,
     /// … [`PairKind::RimBoth`] …
+    #[serde(default)]
     pub rim_both: Quantiles,
-    /// … and [`PairKind::RimLast`], which `all` and `grazing` have none of.
+    /// … and [`PairKind::RimLast`], which `all` and `grazing` have none of. Tables from before there were rims have no pairs in them.
+    #[serde(default)]
     pub rim_last: Quantiles,
     /// Root of the mean squared error over the mean, all channels and protocol pairs.
     pub rmse_over_mean: f64,

@@ -255,6 +255,18 @@ fn decode_exr(bytes: &[u8]) -> Result<Decoded, String> {
     let IntegerBounds { position, size } = header.shared_attributes.display_window;
     let offset = header.own_attributes.layer_position - position;
     check_size([size.width(), size.height()], 4 * channels + PIXEL_BYTES)?;
+    let begins = |from: i32, length: usize| i64::from(from) < length as i64;
+    let ends = |from: i32, length: usize| i64::from(from) + length as i64 > 0;
+    let is_inside = begins(offset.x(), size.width())
+        && begins(offset.y(), size.height())
+        && ends(offset.x(), header.layer_size.width())
+        && ends(offset.y(), header.layer_size.height());
+    if !is_inside {
+        return Err(
+            "its data window lies outside of its display window, so that nothing is seen; crop it anew"
+                .to_owned(),
+        );
+    }
     let read = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

@@ -562,19 +562,15 @@ fn a_perfect_screenshot_is_the_same_picture_in_either_curve() {
     // Pixels at the edge are covered in part: their 8 bits are of other numbers, the picture's not multiplied by alpha.
     let [flip, rmse] = found("srgb.png", "render.png");
     assert!(flip < 1e-3 && rmse < 1e-3, "{flip} {rmse}");
-    // Where curves differ they round differently.
-    for (a, b) in [
-        ("power.png", "thesis.png"),
-        ("power.png", "render.png"),
-        ("thesis.png", "render.png"),
-    ] {
-        let [flip, rmse] = found(a, b);
-        assert!(flip < 4e-3 && rmse < 2e-3, "{a} {b}: {flip} {rmse}");
+    let [flip, rmse] = found("power.png", "thesis.png");
+    assert!(flip < 1e-3 && rmse < 1e-3, "{flip} {rmse}");
+    // Curves that differ round differently, above all in the dark, of which FLIP sees more.
+    for (a, b) in [("power.png", "render.png"), ("linear.png", "render.png")] {
+        let [_, rmse] = found(a, b);
+        assert!(rmse < 2e-3, "{a} {b}: {rmse}");
     }
-    let [_, rmse] = found("linear.png", "render.png");
-    assert!(rmse < 3e-3, "{rmse}");
-    let [flip, _] = found("wrong.png", "render.png");
-    assert!(flip > 0.01, "{flip}");
+    let [_, rmse] = found("wrong.png", "render.png");
+    assert!(rmse > 2e-3, "{rmse}");
 }
 
 #[test]

@@ -135,6 +135,45 @@ fn what_is_replaced_is_said() {
 }
 
 #[test]
+fn long_names_are_cut_and_files_named_once() {
+    let long = "x".repeat(300);
+    let (_folder, mut command) = sateen(&[], &format!("bake {long}"));
+    let said = command.assert().code(1);
+    let said = String::from_utf8(said.get_output().stderr.clone()).unwrap();
+    assert!(said.len() < 200 && said.contains("xxx…"), "{said}");
+    let scene =
+        "name = \"s\"\n[[camera]]\ntarget = [0, 0, 0]\nposition = [0, 0, 3]\nfov_deg = 900\n";
+    let (_folder, mut command) = sateen(&[("s.toml", scene)], "scene s.toml");
+    let said = command.assert().code(1);
+    let said = String::from_utf8(said.get_output().stderr.clone()).unwrap();
+    assert_eq!(said.matches("s.toml").count(), 1, "{said}");
+}
+
+#[test]
+fn widths_are_what_documents_say() {
+    let text = include_str!("../../tables/fabrics/faux-suede.toml");
+    let wide = |degrees: &str| {
+        let lines = text.lines().map(|line| match line.split_once(" = ") {
+            Some(("gamma_s_deg", _)) => format!("gamma_s_deg = {degrees}"),
+            _ => line.to_owned(),
+        });
+        lines.collect::<Vec<String>>().join("\n")
+    };
+    says(
+        &[("f.toml", &wide("1001"))],
+        "bake f.toml",
+        1,
+        &["between 0.001 and 1000 degrees"],
+    );
+    says(
+        &[("f.toml", &wide("1000"))],
+        "bake f.toml --preset draft",
+        0,
+        &[],
+    );
+}
+
+#[test]
 fn clipped_pixels_are_counted() {
     let words = "brighter than white, and clipped; lower --exposure";
     let render = "render sphere tshirt-white --size 32 --samples 1 -o a.png";

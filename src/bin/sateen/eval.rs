@@ -60,7 +60,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     let input = read_pairs(&args.pairs, source.place_columns())?;
     if input.not_unit() > 0 {
         say(&format!(
-            "{} not of unit length, and normalized",
+            "normalized {} not of unit length",
             counted(input.not_unit(), "direction")
         ));
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use sateen::bake::{Forecast, GridForecast, Preset, Projection, Scope, forecast};
+use sateen::bake::{Budget, Forecast, GridForecast, Preset, Projection, Scope, forecast};
 use sateen::chart::Coordinates;
 use sateen::fabric::LIBRARY;
 use sateen::needs::Needs;
@@ -65,6 +65,15 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
         let needs = &analysis.needs[name];
         let report = |share: f64| bar.report(share);
         let scope = scope_of(used, needs);
+        // As a bake of the scene has it.
+        let budget = Budget {
+            max_error: used.max_error,
+            ..Budget::default()
+        };
+        let settings = match used.max_error {
+            Some(_) => budget.settings(&settings),
+            None => settings.clone(),
+        };
         let forecast = (!needs.is_empty())
             .then(|| forecast(&used.fabric, &settings, &scope, Progress::new(&report)))
             .transpose()?;
@@ -90,7 +99,8 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
 type Found<'a> = (&'a FabricUse, &'a Needs, Option<Forecast>);
 
 pub(crate) fn load_scene(path: &Path) -> Result<Scene> {
-    Scene::load(path).with_context(|| format!("cannot read the scene {}", path.display()))
+    // Which file, its errors say themselves.
+    Scene::load(path).context("cannot read the scene")
 }
 
 /// What a scene asks of a fabric.
@@ -166,8 +176,12 @@ fn forecast_text(forecast: &Forecast) -> String {
     for thread in &forecast.threads {
         match &thread.grid {
             None => {
+                let how = match thread.direct_nodes {
+                    Some(tilts) => format!("{} per segment", counted(tilts, "placed tilt")),
+                    None => "closed form".to_owned(),
+                };
                 text += &format!(
-                    "  {:<10} evaluated directly: there is nothing to leave out\n",
+                    "  {:<10} {how}: there is nothing to leave out\n",
                     thread.thread
                 );
             }
@@ -308,7 +322,7 @@ fn to_json(scene: &Scene, analysis: &Analysis, seconds: f64, found: &[Found<'_>]
     let fabric = |(used, needs, forecast): &Found<'_>| {
         let threads = forecast.as_ref().map(|forecast| {
             let thread = |thread: &sateen::bake::ThreadForecast| {
-                json!({ "thread": thread.thread, "grid": thread.grid.as_ref().map(grid) })
+                json!({ "thread": thread.thread, "direct_nodes": thread.direct_nodes, "grid": thread.grid.as_ref().map(grid) })
             };
             forecast.threads.iter().map(thread).collect::<Value>()
         });
