@@ -3,7 +3,7 @@
 //! A mesh needs texture coordinates, by which cloth lies on it: the warp runs along u. Where a file has no normals they are those
 //! of the triangles; where it has no tangents they are derived as by Mikkelsen's reference, which engines and modellers share.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -205,6 +205,14 @@ pub(super) struct Corner {
 }
 
 impl Corner {
+    /// What tells it from others.
+    fn bits(&self) -> [u32; 8] {
+        let [x, y, z] = self.position.to_array();
+        let [u, v] = self.uv.unwrap_or_default().to_array();
+        let [a, b, c] = self.normal.unwrap_or_default().to_array();
+        [x, y, z, u, v, a, b, c].map(f32::to_bits)
+    }
+
     pub(super) fn is_finite(&self) -> bool {
         let optional = |vector: Option<Vec3>| vector.is_none_or(Vec3::is_finite);
         self.position.is_finite()
@@ -227,6 +235,11 @@ fn to_mesh(mut corners: Corners) -> Mesh {
         }
     }
     if corners.0.iter().any(|corner| corner.warp.is_none()) {
+        // Time grows by the square of the triangles at an edge.
+        let mut seen = HashSet::new();
+        let triangles = corners.0.as_chunks::<3>().0.iter();
+        let once = triangles.filter(|triangle| seen.insert(triangle.each_ref().map(Corner::bits)));
+        corners.0 = once.flatten().copied().collect();
         // What is left without is degenerate, and any direction is as good.
         let _ = generate_tangents(&mut corners);
     }

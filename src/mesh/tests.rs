@@ -328,7 +328,8 @@ fn a_small_file_may_not_repeat_its_triangles_forever() {
             file["nodes"] = nodes.into();
         })
     };
-    assert_eq!(areas(repeated(1000).unwrap()), [2000.0]);
+    // What is quite the same is one.
+    assert_eq!(areas(repeated(1000).unwrap()), [2.0]);
     let error = repeated((1 << 19) + 1).err().unwrap().to_string();
     assert!(
         error.contains("more than 1048576 triangles, counting every node"),

@@ -12,7 +12,7 @@ const MARGIN: usize = 4;
 /// Dots of a bar of colours.
 const BAR: usize = 64;
 /// From this width on a dot is two pixels wide.
-const LARGE: usize = 300;
+const LARGE: usize = 420;
 
 impl Display {
     /// Below a line of text, and of colours that stand for 0 to 1 if there are any. What finds no room is left out.
