@@ -135,6 +135,7 @@ enum Samples {
 
 impl Decoded {
     /// Whether colours are multiplied by alpha: those of an EXR are.
+    #[cfg(feature = "render")]
     pub(crate) fn is_multiplied(&self) -> bool {
         matches!(self.samples, Samples::Floats(_))
     }
