@@ -16,7 +16,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUTPUT = ROOT / "tables" / "baseline.csv"
-COLUMNS = "fabric preset mean p99 max grazing_p99 decoded_bytes file_bytes ns speedup ns_scalar speedup_scalar sphere_flip sphere_error cylinders_flip cylinders_error".split()
+COLUMNS = "fabric preset mean p99 max grazing_p99 rim_p99 rim_both_p99 rim_last_p99 decoded_bytes file_bytes ns speedup ns_scalar speedup_scalar sphere_flip sphere_error cylinders_flip cylinders_error".split()
 LOOKS = COLUMNS[-4:]
 PRESETS = ["draft", "standard", "fine"]
 
@@ -31,7 +31,7 @@ def rows(tool, preset, fabrics, folder):
     def sateen(*arguments):
         return subprocess.run([tool, *arguments], check=True, stdout=subprocess.PIPE).stdout
 
-    bakes = json.loads(sateen("bake", *(fabrics or ["--all"]), "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))
+    bakes = json.loads(sateen("bake", *(fabrics or ["--all"]), "--json", "--preset", preset, "-o", f"{folder}/tables-{preset}/"))["tables"]
     report = f"{folder}/report-{preset}"
     sateen("report", *fabrics, "--presets", preset, "--no-sweep", "--no-fits", "--pairs", "4096", "-o", report)
     times, looks = {}, {}
@@ -42,7 +42,8 @@ def rows(tool, preset, fabrics, folder):
         fabric, error = bake["fabric"], bake["error"]
         ns, speedup = times[fabric, f"table:{preset}", "true"]
         ns_scalar, speedup_scalar = times[fabric, f"table:{preset}", "false"]
-        numbers = [error["all"]["mean"], error["all"]["p99"], error["all"]["max"], error["grazing"]["p99"]]
+        numbers = [error["all"]["mean"], error["all"]["p99"], error["all"]["max"]]
+        numbers += [error[pairs]["p99"] for pairs in ("grazing", "rim", "rim_both", "rim_last")]
         sizes = [bake["decoded_bytes"], bake["file_bytes"]]
         yield [fabric, preset, *(f"{number:.6f}" for number in numbers), *sizes, ns, speedup, ns_scalar, speedup_scalar,
                *looks[fabric, f"table:{preset}"]]

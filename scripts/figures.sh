@@ -16,7 +16,7 @@ page="$folder/index.html"
 picture() {
     local scene=$1 name=$2 caption=$3
     shift 3
-    "$sateen" --quiet render "$scene" "$@" --size "$size" -o "$folder/$name.png"
+    "$sateen" --quiet render "$scene" "$@" --transfer 2.2 --size "$size" -o "$folder/$name.png"
     echo "<figure><img src='$name.png' alt='$caption' loading='lazy'>" >>"$page"
     if [[ $scene == cylinders && -f "$folder/$name.svg" ]]; then
         echo "<img src='$name.svg' alt='radiance across each cylinder, $caption' loading='lazy'>" >>"$page"

@@ -1,5 +1,6 @@
 //! Files that people write: read no further than a limit, and as TOML text of whose mistakes file, line and key are told.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
@@ -24,6 +25,20 @@ pub struct TextError {
     pub key: Option<String>,
     /// What is wrong and what would be right.
     pub message: String,
+}
+
+/// An array of as many values; of what has more, too, serde would take the first.
+#[derive(Clone, Copy)]
+pub(crate) struct Exactly<T, const N: usize>(pub(crate) [T; N]);
+
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let values = Vec::deserialize(deserializer)?;
+        let values: Result<[T; N], Vec<T>> = values.try_into();
+        values.map(Self).map_err(|values| {
+            de::Error::custom(format!("expected {N} values, there are {}", values.len()))
+        })
+    }
 }
 
 /// An albedo: `{ color = [r, g, b], scale = s }`, `[r, g, b]`, or one number for a grey.
@@ -60,7 +75,7 @@ impl<'de> Visitor<'de> for AlbedoForms {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<AlbedoToml, A::Error> {
-        let color = Deserialize::deserialize(SeqAccessDeserializer::new(list))?;
+        let Exactly(color) = Deserialize::deserialize(SeqAccessDeserializer::new(list))?;
         Ok(AlbedoToml { color, scale: 1.0 })
     }
 
@@ -68,17 +83,46 @@ impl<'de> Visitor<'de> for AlbedoForms {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Scaled {
-            color: [f64; 3],
+            color: Exactly<f64, 3>,
             #[serde(default = "one")]
             scale: f64,
         }
         let Scaled { color, scale } = Deserialize::deserialize(MapAccessDeserializer::new(map))?;
+        let Exactly(color) = color;
         Ok(AlbedoToml { color, scale })
     }
 }
 
 fn one() -> f64 {
     1.0
+}
+
+/// What a text describes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// It has threads; or it is none of the others, nor TOML.
+    Fabric,
+    /// It has materials.
+    Pattern,
+    /// It has cameras, lights or objects.
+    Scene,
+}
+
+impl Kind {
+    /// By its keys.
+    pub fn of(text: &[u8]) -> Self {
+        let text = text.get(..MAX_TOML_BYTES).unwrap_or(text);
+        let table = std::str::from_utf8(text).ok();
+        let table: Option<toml::Table> = table.and_then(|text| toml::from_str(text).ok());
+        let has = |key| table.as_ref().is_some_and(|table| table.contains_key(key));
+        if ["camera", "light", "object"].into_iter().any(has) {
+            Self::Scene
+        } else if has("material") {
+            Self::Pattern
+        } else {
+            Self::Fabric
+        }
+    }
 }
 
 /// The most bytes of a fabric's, pattern's or scene's text.
@@ -108,6 +152,30 @@ pub fn read_ordinary(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         return Err(io::Error::other("it is no ordinary file"));
     }
     read_capped(path, most)
+}
+
+/// What a file says, for a message: its beginning, if it is long.
+pub fn cut(text: &str) -> Cow<'_, str> {
+    const LETTERS: usize = 60;
+    match text.char_indices().nth(LETTERS) {
+        None => text.into(),
+        Some((end, _)) => format!("{}…", &text[..end]).into(),
+    }
+}
+
+/// A list of names, for a message: the first of them, if there are many.
+#[cfg(feature = "scene")]
+pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    const NAMES: usize = 12;
+    let names: Vec<String> = names
+        .into_iter()
+        .map(|name| format!("\"{}\"", cut(name)))
+        .collect();
+    let more = match names.len() {
+        ..=NAMES => String::new(),
+        count => format!(" and {} more", count - NAMES),
+    };
+    names[..names.len().min(NAMES)].join(", ") + &more
 }
 
 /// A text that is read.
@@ -158,7 +226,7 @@ impl Source<'_> {
             .map(|(key, _)| key.trim())
             .filter(|key| !key.is_empty());
         let message = match key {
-            Some(key) => format!("{key}: {}", error.message()),
+            Some(key) => format!("{}: {}", cut(key), error.message()),
             None => error.message().to_owned(),
         };
         self.error(offset, key, message)
@@ -170,7 +238,8 @@ impl Source<'_> {
             Ok(name.to_owned())
         } else {
             let message = format!(
-                "{key}: \"{name}\" must be 1 to {MAX_NAME_BYTES} of the characters a-z 0-9 - _"
+                "{key}: \"{}\" must be 1 to {MAX_NAME_BYTES} of the characters a-z 0-9 - _",
+                cut(name)
             );
             Err(self.error(at, Some(key), message))
         }

@@ -44,6 +44,33 @@ impl Budget {
         self.excess(cost) <= 1.0
     }
 
+    /// Settings that are expected to keep it: those of the first attempt.
+    pub fn settings(&self, settings: &Settings) -> Settings {
+        let error = match (self.max_error, self.max_ns) {
+            (Some(error), _) => error,
+            (None, Some(_)) => ERRORS[0],
+            (None, None) => Preset::Fine.settings().max_error,
+        };
+        self.settings_for(error, settings)
+    }
+
+    /// Settings by which that error is expected.
+    fn settings_for(&self, error: f64, settings: &Settings) -> Settings {
+        let only_bytes = self.max_error.is_none() && self.max_ns.is_none();
+        Settings {
+            max_bytes: self.max_bytes.unwrap_or(MOST_BYTES),
+            max_error: error,
+            // A grid is as small as keeps the error; filled up where only bytes count.
+            target_error: if only_bytes { 0.0 } else { error },
+            direct: if only_bytes {
+                settings.direct
+            } else {
+                Direct::Cheaper
+            },
+            ..settings.clone()
+        }
+    }
+
     /// By which factor `cost` is over the budget, at most, or how close to it.
     fn excess(&self, cost: &Cost) -> f64 {
         let ratio = |cost: f64, most: f64| if cost > 0.0 { cost / most } else { 0.0 };
@@ -75,13 +102,11 @@ pub(super) fn bake(
     scope: &Scope<'_>,
     progress: Progress<'_>,
 ) -> Result<Baked, BakeError> {
-    let max_bytes = budget.max_bytes.unwrap_or(MOST_BYTES);
     let mut expected: Vec<f64> = match (budget.max_error, budget.max_ns) {
         (Some(error), _) => vec![error],
         (None, Some(_)) => ERRORS.to_vec(),
         (None, None) => vec![Preset::Fine.settings().max_error],
     };
-    let only_bytes = budget.max_error.is_none() && budget.max_ns.is_none();
     expected.reverse();
     let total = if expected.len() > 1 {
         expected.len()
@@ -91,18 +116,7 @@ pub(super) fn bake(
     let mut best: Option<Baked> = None;
     for attempt in 0..total {
         let Some(error) = expected.pop() else { break };
-        let settings = Settings {
-            max_bytes,
-            max_error: error,
-            // A grid is as small as keeps the error; filled up where only bytes count.
-            target_error: if only_bytes { 0.0 } else { error },
-            direct: if only_bytes {
-                settings.direct
-            } else {
-                Direct::Cheaper
-            },
-            ..settings.clone()
-        };
+        let settings = budget.settings_for(error, settings);
         let part = |k: usize| k as f64 / total as f64;
         let progress = progress.part(part(attempt), part(attempt + 1));
         let mut baked = baker.bake_as_set(&settings, scope, progress)?;

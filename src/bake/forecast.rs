@@ -25,6 +25,8 @@ pub struct ThreadForecast {
     pub thread: String,
     /// None for a thread that is evaluated directly, or in closed form, and has nothing that could be left out.
     pub grid: Option<GridForecast>,
+    /// Placed tilts per segment of one that is evaluated directly.
+    pub direct_nodes: Option<usize>,
 }
 
 /// What is left out of the grid of S and V of a thread.
@@ -78,6 +80,10 @@ pub fn forecast(
         .iter()
         .zip(plans)
         .map(|(Survey { thread, .. }, plan)| {
+            let direct_nodes = match &plan {
+                Some(Representation::Direct(nodes)) => Some(nodes.len()),
+                _ => None,
+            };
             let planned = match plan {
                 Some(Representation::Grid { grid, .. }) => Some(grid),
                 Some(Representation::Curve { response, .. }) => Some(response),
@@ -85,6 +91,7 @@ pub fn forecast(
             };
             ThreadForecast {
                 thread: thread.name.clone(),
+                direct_nodes,
                 grid: planned.map(|planned| {
                     let coordinates = planned.integrand.coordinates();
                     let axes = planned.plan.axes;

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Export, Format};
-use crate::metrics::{ErrorReport, PairErrors, Quantiles};
+use crate::metrics::{ErrorReport, PairErrors};
 
 /// Of the metadata and of all layouts.
 const VERSION: u32 = 1;
@@ -91,13 +91,6 @@ struct Thread<'a> {
     albedo: [f32; 3],
 }
 
-#[derive(Serialize)]
-struct Recorded {
-    seed: u64,
-    all: Quantiles,
-    grazing: Quantiles,
-}
-
 /// What a shader needs, and what it may want to know.
 #[derive(Serialize)]
 pub(super) struct Note<'a> {
@@ -113,7 +106,7 @@ pub(super) struct Note<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) atlas: Option<Atlas>,
     threads: Vec<Thread<'a>>,
-    recorded: Recorded,
+    recorded: &'a ErrorReport,
     measured: &'a Cost,
     recipe: String,
     parameters: &'a [[f32; 4]],
@@ -127,9 +120,6 @@ impl<'a> Note<'a> {
             Format::Rgb9e5 | Format::Bc6h => ("threes", THREES),
         };
         let threads = export.table.threads().iter();
-        let ErrorReport {
-            seed, all, grazing, ..
-        } = *about.recorded;
         Self {
             version: VERSION,
             tool: crate::TOOL,
@@ -146,7 +136,7 @@ impl<'a> Note<'a> {
                     albedo: thread.albedo(),
                 })
                 .collect(),
-            recorded: Recorded { seed, all, grazing },
+            recorded: about.recorded,
             measured: about.measured,
             recipe: recipe.to_owned() + REST,
             parameters: &export.parameters,

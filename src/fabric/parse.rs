@@ -12,7 +12,7 @@ use super::models::Models;
 use super::sections::{self, IrawanToml, LambertToml, OrenNayarToml, TorranceSparrowToml};
 use super::{Fabric, Thread};
 use crate::brdf::{Optics, Reweighting, limits};
-use crate::text::{AlbedoToml, MAX_TOML_BYTES, Source, TextError};
+use crate::text::{AlbedoToml, MAX_TOML_BYTES, Source, TextError, cut};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -107,7 +107,7 @@ pub(super) fn parse(text: &str, file: &str, variant: Option<&str>) -> Result<Fab
         Some(width) => source.number(
             "correlation_width_deg",
             width,
-            |x| limits::SIGMA_U.contains(&x.to_radians()),
+            |x| (1.0..=1000.0).contains(&x),
             "lie between 1 and 1000 degrees",
         )?,
     };
@@ -216,7 +216,10 @@ fn choose_variant(
             Some(asked) => Err(source.error(
                 0,
                 Some("albedos"),
-                format!("albedos: the fabric names no albedos, so none is \"{asked}\""),
+                format!(
+                    "albedos: the fabric names no albedos, so none is \"{}\"",
+                    cut(asked)
+                ),
             )),
         };
     };
@@ -230,7 +233,7 @@ fn choose_variant(
         Some(asked) => Err(source.error(
             at,
             Some("albedos"),
-            format!("albedos: none is \"{asked}\"; there are {names:?}"),
+            format!("albedos: none is \"{}\"; there are {names:?}", cut(asked)),
         )),
         None => match names.first() {
             Some(first) => Ok(Some((*first).clone())),
@@ -307,7 +310,7 @@ fn parse_thread(
         return Err(source.error(lengths_at, Some("tangent_lengths"), message));
     }
 
-    let gamma = |x: f64| limits::GAMMA.contains(&x.to_radians());
+    let gamma = |x: f64| (0.001..=1000.0).contains(&x);
     let gamma_range = "be above 0: between 0.001 and 1000 degrees";
     Ok(Thread {
         name,

@@ -19,8 +19,8 @@ use std::ops::RangeInclusive;
 use levenberg_marquardt::LevenbergMarquardt;
 
 use crate::fabric::{Fabric, Lambert, Models, OrenNayar, TorranceSparrow, Yarn};
-use crate::metrics::{PairErrors, Truth, VALIDATION_SEED};
-use crate::model::{IrawanMarschner, ModelKind, SpineError, irawan_of};
+use crate::metrics::{PairErrors, Truth, VALIDATION_SEED, protocol_pairs};
+use crate::model::{IrawanMarschner, ModelKind, Rule, Sadeghi, SpineError, irawan_of};
 use crate::progress::{Cancelled, Progress};
 
 /// Pairs to fit to.
@@ -77,7 +77,10 @@ pub enum FitError {
 /// # Errors
 /// When `progress` says stop, or a yarn has no spine.
 pub fn fit(fabric: &Fabric, kind: ModelKind, progress: Progress<'_>) -> Result<Fit, FitError> {
-    let data = Truth::new(fabric, PAIRS, SEED, progress.part(0.0, 0.1))?;
+    // Without rims: a model of another form would trade what is seen for what hardly is.
+    let reference = Sadeghi::<f64>::new(fabric, Rule::REFERENCE);
+    let pairs = protocol_pairs(fabric, PAIRS, SEED);
+    let data = Truth::of_model(&reference, pairs, progress.part(0.0, 0.1))?;
     let starts = match kind {
         ModelKind::Irawan => vec![Models {
             irawan: Some(irawan_of(fabric)),

@@ -3,7 +3,7 @@
 //! A mesh needs texture coordinates, by which cloth lies on it: the warp runs along u. Where a file has no normals they are those
 //! of the triangles; where it has no tangents they are derived as by Mikkelsen's reference, which engines and modellers share.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -12,13 +12,16 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::gltf::{self, Camera, Contents, Light};
 use super::{Mesh, obj};
-use crate::text::read_capped;
+use crate::text::{cut, read_capped};
 
 /// The most bytes of a file.
 pub const MAX_MESH_BYTES: u64 = 1 << 30;
 
 /// More corners than fit into some gigabytes: a small file may name the same triangles many times.
 pub(super) const MAX_CORNERS: usize = 3 << 23;
+
+/// As many as a file may have that does not have as many bytes: its nodes name the same triangles again and again.
+pub(super) const MAX_REPEATED: usize = 3 << 20;
 
 /// The largest coordinate.
 const MAX_COORDINATE: f32 = 1e30;
@@ -47,9 +50,9 @@ pub enum MeshError {
         "{0} has triangles without texture coordinates ({1}); cloth lies along them: unwrap the mesh and export it with UVs"
     )]
     NoUvs(PathBuf, String),
-    /// A number is not finite.
-    #[error("{0} has a vertex that is no number")]
-    Broken(PathBuf),
+    /// A number is not finite; where.
+    #[error("{0} has a vertex that is no number ({1})")]
+    Broken(PathBuf, String),
     /// A coordinate is beyond what can be added up.
     #[error("{0} is too large: its coordinates go beyond 1e30")]
     TooWide(PathBuf),
@@ -89,7 +92,7 @@ pub fn load_mesh(path: &Path) -> Result<Mesh, MeshError> {
 
 fn without_uvs(path: &Path, material: Option<&str>) -> MeshError {
     let place = material.map_or("without a material".to_owned(), |name| {
-        format!("of the material \"{name}\"")
+        format!("of the material \"{}\"", cut(name))
     });
     MeshError::NoUvs(path.to_owned(), place)
 }
@@ -120,17 +123,15 @@ impl MeshFile {
                 lights: Vec::new(),
                 motion: None,
             },
-            Some("gltf" | "glb") => {
-                gltf::read(path, &bytes()?).map_err(|why| MeshError::Gltf(of(), why))?
-            }
+            Some("gltf" | "glb") => gltf::read(path, &bytes()?).map_err(|fault| match fault {
+                gltf::Fault::Unreadable(why) => MeshError::Gltf(of(), why),
+                gltf::Fault::Broken(place) => MeshError::Broken(of(), place),
+            })?,
             _ => return Err(MeshError::Unknown(of())),
         };
         let corners = &contents.corners;
         if corners.is_empty() {
             return Err(MeshError::Empty(of()));
-        }
-        if !corners.iter().all(Corner::is_finite) {
-            return Err(MeshError::Broken(of()));
         }
         let widest = |corner: &Corner| corner.position.abs().max_element();
         if corners.iter().any(|corner| widest(corner) > MAX_COORDINATE) {
@@ -204,7 +205,15 @@ pub(super) struct Corner {
 }
 
 impl Corner {
-    fn is_finite(&self) -> bool {
+    /// What tells it from others.
+    fn bits(&self) -> [u32; 8] {
+        let [x, y, z] = self.position.to_array();
+        let [u, v] = self.uv.unwrap_or_default().to_array();
+        let [a, b, c] = self.normal.unwrap_or_default().to_array();
+        [x, y, z, u, v, a, b, c].map(f32::to_bits)
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
         let optional = |vector: Option<Vec3>| vector.is_none_or(Vec3::is_finite);
         self.position.is_finite()
             && self.uv.is_none_or(Vec2::is_finite)
@@ -226,6 +235,11 @@ fn to_mesh(mut corners: Corners) -> Mesh {
         }
     }
     if corners.0.iter().any(|corner| corner.warp.is_none()) {
+        // Time grows by the square of the triangles at an edge.
+        let mut seen = HashSet::new();
+        let triangles = corners.0.as_chunks::<3>().0.iter();
+        let once = triangles.filter(|triangle| seen.insert(triangle.each_ref().map(Corner::bits)));
+        corners.0 = once.flatten().copied().collect();
         // What is left without is degenerate, and any direction is as good.
         let _ = generate_tangents(&mut corners);
     }

@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::MeshError;
 use super::load::{Corner, MAX_CORNERS};
+use crate::text::cut;
 
 /// The most corners of a face.
 const MAX_FACE: usize = 1 << 12;
@@ -16,6 +17,8 @@ enum Fault {
     Unreadable(String),
     /// A face without texture coordinates.
     NoUvs,
+    /// A number is not finite.
+    Broken,
 }
 
 #[derive(Default)]
@@ -49,6 +52,7 @@ pub(super) fn read(path: &std::path::Path, bytes: &[u8]) -> Result<Vec<Corner>, 
             match fault {
                 Fault::Unreadable(why) => MeshError::Obj(path.to_owned(), format!("{at}: {why}")),
                 Fault::NoUvs => MeshError::NoUvs(path.to_owned(), at),
+                Fault::Broken => MeshError::Broken(path.to_owned(), at),
             }
         })?;
         statement.clear();
@@ -103,13 +107,16 @@ fn read_statement(
 
 /// Up to three numbers, `needed` at least; the others are 0.
 fn numbers<'a>(words: impl Iterator<Item = &'a str>, needed: usize) -> Result<[f32; 3], Fault> {
-    let mut numbers = [0.0; 3];
+    let mut numbers = [0.0f32; 3];
     let mut count = 0;
     for (number, word) in numbers.iter_mut().zip(words) {
         *number = word
             .parse()
-            .map_err(|_| Fault::Unreadable(format!("\"{word}\" is no number")))?;
+            .map_err(|_| Fault::Unreadable(format!("\"{}\" is no number", cut(word))))?;
         count += 1;
+    }
+    if !numbers.iter().all(|number| number.is_finite()) {
+        return Err(Fault::Broken);
     }
     if count < needed {
         let message = format!("it needs {needed} numbers, and has {count}");
@@ -123,7 +130,7 @@ fn corner(word: &str, vertices: &Vertices) -> Result<Corner, Fault> {
     let mut parts = word.split('/');
     let mut part = || parts.next().filter(|part| !part.is_empty());
     let (position, uv, normal) = (part(), part(), part());
-    let missing = || Fault::Unreadable(format!("\"{word}\" is no corner of a face"));
+    let missing = || Fault::Unreadable(format!("\"{}\" is no corner of a face", cut(word)));
     Ok(Corner {
         position: at(&vertices.positions, position.ok_or_else(missing)?, "v")?,
         uv: uv.map(|uv| at(&vertices.uvs, uv, "vt")).transpose()?,
@@ -141,7 +148,7 @@ fn corner(word: &str, vertices: &Vertices) -> Result<Corner, Fault> {
 fn at<T: Copy>(vectors: &[T], index: &str, kind: &str) -> Result<T, Fault> {
     let number: i64 = index
         .parse()
-        .map_err(|_| Fault::Unreadable(format!("\"{index}\" is no index")))?;
+        .map_err(|_| Fault::Unreadable(format!("\"{}\" is no index", cut(index))))?;
     let place = match number {
         1.. => usize::try_from(number - 1).ok(),
         _ => usize::try_from(vectors.len() as i64 + number).ok(),

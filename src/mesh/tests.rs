@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use glam::{Vec2, Vec3, Vec3A};
 use serde_json::{Value, json};
 
 use super::{Mesh, MeshError, MeshFile, load_mesh};
@@ -195,7 +196,7 @@ fn what_a_file_hides_is_not_drawn() {
 fn what_is_wrong_with_a_gltf_file_is_said() {
     let folder = tempfile::tempdir().unwrap();
     type Change = fn(&mut Value);
-    let cases: [(Change, &str); 20] = [
+    let cases: [(Change, &str); 24] = [
         (
             |file| {
                 file["nodes"][0]["skin"] = json!(0);
@@ -278,6 +279,22 @@ fn what_is_wrong_with_a_gltf_file_is_said() {
             "only data: and files beside",
         ),
         (
+            |file| file["buffers"][0]["uri"] = json!("a/../../secret.bin"),
+            "only data: and files beside",
+        ),
+        (
+            |file| file["buffers"][0]["uri"] = json!("%2Fetc%2Fpasswd"),
+            "%2Fetc%2Fpasswd: only data: and files beside",
+        ),
+        (
+            |file| file["buffers"][0]["uri"] = json!("x".repeat(1000)),
+            "xxx…, looked for in",
+        ),
+        (
+            |file| file["nodes"][0]["translation"] = json!([1e38, 3e38, 1e39]),
+            "a vertex that is no number (nodes[0], vertex 0 of meshes[0].primitives[0])",
+        ),
+        (
             |file| file["buffers"][0]["byteLength"] = json!(1000),
             "less than its byteLength of 1000",
         ),
@@ -298,6 +315,49 @@ fn what_is_wrong_with_a_gltf_file_is_said() {
         assert!(error.to_string().contains(message), "{error}");
         assert!(error.to_string().contains("square.gltf"), "{error}");
     }
+}
+
+#[test]
+fn a_small_file_may_not_repeat_its_triangles_forever() {
+    let folder = tempfile::tempdir().unwrap();
+    // Twice 3 corners each.
+    let repeated = |times: usize| {
+        square(folder.path(), |file| {
+            let nodes = vec![json!({ "mesh": 0 }); times];
+            file["scenes"][0]["nodes"] = (0..times).collect();
+            file["nodes"] = nodes.into();
+        })
+    };
+    // What is quite the same is one.
+    assert_eq!(areas(repeated(1000).unwrap()), [2.0]);
+    let error = repeated((1 << 19) + 1).err().unwrap().to_string();
+    assert!(
+        error.contains("more than 1048576 triangles, counting every node"),
+        "{error}"
+    );
+}
+
+#[test]
+fn coincident_triangles_are_met_as_one() {
+    use super::trace::Solid;
+    let sheet = Mesh::sheet(1, 1, Vec2::ONE, |u, v| [u, v, 0.0]);
+    let mut mesh = Mesh::default();
+    for _ in 0..40_000 {
+        mesh.join(sheet.clone());
+    }
+    let hit = |mesh: &Mesh| {
+        let solid = Solid::new(mesh);
+        let met = solid.hit(Vec3A::new(0.3, 0.2, 1.0), Vec3A::NEG_Z).unwrap();
+        assert!(solid.hit(Vec3A::new(1.3, 0.2, 1.0), Vec3A::NEG_Z).is_none());
+        solid.weights(mesh, &met).0
+    };
+    assert_eq!(hit(&mesh), hit(&sheet));
+    // Others in the same box, which each have a corner of their own.
+    for k in 0..mesh.positions.len() / 4 {
+        let share = (k as f32 * 0.618_034).fract();
+        mesh.positions[4 * k + 1] = Vec3::new(share, 1.0, 0.0);
+    }
+    Solid::new(&mesh);
 }
 
 #[test]
@@ -348,6 +408,7 @@ fn what_is_wrong_with_an_obj_file_is_said_with_the_line() {
         ("f 1/1 2/2 -5/3", "line 9: it names v -5"),
         ("f 1/1 2/2 a/3", "line 9: \"a\" is no index"),
         ("v 1 b 2", "line 9: \"b\" is no number"),
+        ("v 1 2 inf", "a vertex that is no number (line 9)"),
         ("v 1 2", "line 9: it needs 3 numbers, and has 2"),
     ] {
         fs::write(&path, format!("{OBJ}{face}\n")).unwrap();

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::TableModel;
-use super::pairs::{Pair, PairKind, endless_pairs};
+use super::pairs::{Pair, PairKind, endless_pairs, endless_rim, rim_count};
 use crate::fabric::Fabric;
 use crate::model::{Model, Rule, Sadeghi};
 use crate::progress::{Cancelled, Progress, Steps};
@@ -41,11 +41,20 @@ pub struct Bias {
 pub struct ErrorReport {
     /// The seed that drew the pairs.
     pub seed: u64,
-    /// Over all pairs.
+    /// Over all protocol pairs.
     pub all: Quantiles,
-    /// Over pairs with min(wi·n, wr·n) < 0.1.
+    /// Over those with min(wi·n, wr·n) < 0.1.
     pub grazing: Quantiles,
-    /// Root of the mean squared error over the mean, all channels and pairs.
+    /// Over pairs of [`PairKind::Rim`] …
+    #[serde(default)]
+    pub rim: Quantiles,
+    /// … [`PairKind::RimBoth`] …
+    #[serde(default)]
+    pub rim_both: Quantiles,
+    /// … and [`PairKind::RimLast`], which `all` and `grazing` have none of. Tables from before there were rims have no pairs in them.
+    #[serde(default)]
+    pub rim_last: Quantiles,
+    /// Root of the mean squared error over the mean, all channels and protocol pairs.
     pub rmse_over_mean: f64,
     /// Bias of the directional reflectance at 0°, 30°, 60° and 80°; none of a table that has not all pairs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -63,15 +72,21 @@ const STRATA: (usize, usize) = (24, 64);
 /// How far values are from the truth over the pairs of a [`Truth`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairErrors {
-    /// Over all pairs.
+    /// Over all protocol pairs.
     pub all: Quantiles,
-    /// Over pairs with min(wi·n, wr·n) < 0.1.
+    /// Over those with min(wi·n, wr·n) < 0.1.
     pub grazing: Quantiles,
-    /// Root of the mean squared error over the mean, all channels and pairs.
+    /// Over pairs of [`PairKind::Rim`] …
+    pub rim: Quantiles,
+    /// … [`PairKind::RimBoth`] …
+    pub rim_both: Quantiles,
+    /// … and [`PairKind::RimLast`], which `all` and `grazing` have none of.
+    pub rim_last: Quantiles,
+    /// Root of the mean squared error over the mean, all channels and protocol pairs.
     pub rmse_over_mean: f64,
 }
 
-/// Protocol pairs of a fabric and ρ by direct integration, computed once for any number of evaluators.
+/// Protocol pairs of a fabric, with those of its rims, and ρ by direct integration, computed once for any number of evaluators.
 #[derive(Debug, Clone)]
 pub struct Truth {
     pairs: Vec<Pair>,
@@ -81,7 +96,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Integrates `fabric` directly on `count` protocol pairs.
+    /// Integrates `fabric` directly on `count` protocol pairs and those of the rims.
     ///
     /// # Errors
     /// When `progress` says stop.
@@ -115,7 +130,7 @@ impl Truth {
         Self::of_model(&reference, pairs, progress)
     }
 
-    /// Takes any model for the truth on `pairs`.
+    /// Takes any model for the truth on `pairs`, those of rims last.
     ///
     /// # Errors
     /// When `progress` says stop.
@@ -149,6 +164,11 @@ impl Truth {
     /// The pairs, in the order of all values.
     pub fn pairs(&self) -> &[Pair] {
         &self.pairs
+    }
+
+    /// Those that are of no rim.
+    pub fn protocol_pairs(&self) -> &[Pair] {
+        &self.pairs[..self.pairs.partition_point(|pair| !pair.kind.is_rim())]
     }
 
     /// ρ of a model at each pair.
@@ -211,25 +231,28 @@ impl Truth {
     /// When there is not one value per pair.
     pub fn errors_of(&self, values: &[[f64; 3]]) -> PairErrors {
         let errors = self.relative_errors(values);
+        let of = |is_in: &dyn Fn(&Pair) -> bool| {
+            let those = self.pairs.iter().zip(&errors);
+            let those = those.filter(|(pair, _)| is_in(pair));
+            quantiles(those.map(|(_, error)| *error).collect())
+        };
         let is_grazing = |pair: &Pair| pair.wi[2].min(pair.wr[2]) < GRAZING;
-        let grazing = self
-            .pairs
-            .iter()
-            .zip(&errors)
-            .filter(|(pair, _)| is_grazing(pair))
-            .map(|(_, error)| *error)
-            .collect();
+        let [rim, rim_both, rim_last] = PairKind::RIMS.map(|rim| of(&|pair| pair.kind == rim));
+        let protocol = self.protocol_pairs().len();
         let (mut squares, mut sum) = (0.0, 0.0);
-        for (truth, value) in self.values.iter().zip(values) {
+        for (truth, value) in self.values.iter().zip(values).take(protocol) {
             for channel in 0..3 {
                 squares += (value[channel] - truth[channel]).powi(2);
                 sum += truth[channel];
             }
         }
-        let numbers = 3.0 * self.pairs.len() as f64;
+        let numbers = 3.0 * protocol as f64;
         PairErrors {
-            all: quantiles(errors),
-            grazing: quantiles(grazing),
+            all: of(&|pair| !pair.kind.is_rim()),
+            grazing: of(&|pair| !pair.kind.is_rim() && is_grazing(pair)),
+            rim,
+            rim_both,
+            rim_last,
             rmse_over_mean: ratio((squares / numbers).sqrt(), sum / numbers),
         }
     }
@@ -284,7 +307,7 @@ impl<'a> Reference<'a> {
         Ok(&self.truths[index].1)
     }
 
-    /// Measures `approximation` on `count` protocol pairs.
+    /// Measures `approximation` on `count` protocol pairs and those of the rims.
     ///
     /// # Errors
     /// When `progress` says stop.
@@ -379,7 +402,7 @@ pub fn measure_table(
 /// How many pairs are drawn for each that is wanted, at most.
 const DRAWS: usize = 64;
 
-/// Protocol pairs; there may be many.
+/// Protocol pairs, then those of the rims; there may be many.
 fn drawn_pairs(
     fabric: &Fabric,
     count: usize,
@@ -388,25 +411,53 @@ fn drawn_pairs(
 ) -> Result<Vec<Pair>, Cancelled> {
     let steps = progress.steps(count);
     let wanted = |pair| steps.check().map(|()| pair);
+    let rim = |rim| endless_rim(fabric, rim, seed).take(rim_count(count));
+    let rims = PairKind::RIMS.into_iter().flat_map(rim);
     let pairs = endless_pairs(fabric, seed).take(count);
-    pairs.map(wanted).collect()
+    pairs.chain(rims).map(wanted).collect()
 }
 
-/// Protocol pairs that the table has; of one for light from the viewer's direction such pairs.
+/// Protocol pairs and those of the rims that the table has; of one for light from the viewer's direction such pairs.
 fn baked_pairs(fabric: &Fabric, table: &Table, count: usize, seed: u64) -> Vec<Pair> {
     let single = |w: [f64; 3]| w.map(|x| x as f32);
     let is_baked = |pair: &Pair| table.is_baked(single(pair.wi), single(pair.wr));
     let draws = || endless_pairs(fabric, seed).take(DRAWS * count);
-    let pairs: Vec<Pair> = draws().filter(is_baked).take(count).collect();
+    let rim_count = rim_count(count);
+    let rim_draws = |rim| endless_rim(fabric, rim, seed).take(DRAWS * rim_count);
+    let mut pairs: Vec<Pair> = draws().filter(is_baked).take(count).collect();
     if !pairs.is_empty() {
+        for rim in PairKind::RIMS {
+            pairs.extend(rim_draws(rim).filter(is_baked).take(rim_count));
+        }
         return pairs;
     }
-    let collocated = draws().map(|pair| Pair {
+    let collocated = |pair: Pair| Pair {
         wr: pair.wi,
-        kind: PairKind::Render,
         ..pair
+    };
+    let renders = draws().map(|pair| Pair {
+        kind: PairKind::Render,
+        ..collocated(pair)
     });
-    collocated.filter(is_baked).take(count).collect()
+    pairs.extend(renders.filter(is_baked).take(count));
+    for rim in [PairKind::RimBoth, PairKind::RimLast] {
+        let rims = rim_draws(rim).map(collocated);
+        pairs.extend(rims.filter(is_baked).take(rim_count));
+    }
+    pairs
+}
+
+impl ErrorReport {
+    /// The sets of pairs by the names that people read.
+    pub fn sets(&self) -> [(&'static str, &Quantiles); 5] {
+        [
+            ("all", &self.all),
+            ("grazing", &self.grazing),
+            ("rim", &self.rim),
+            ("rim, both", &self.rim_both),
+            ("rim, last", &self.rim_last),
+        ]
+    }
 }
 
 impl PairErrors {
@@ -414,12 +465,18 @@ impl PairErrors {
         let Self {
             all,
             grazing,
+            rim,
+            rim_both,
+            rim_last,
             rmse_over_mean,
         } = self;
         ErrorReport {
             seed,
             all,
             grazing,
+            rim,
+            rim_both,
+            rim_last,
             rmse_over_mean,
             bias,
         }

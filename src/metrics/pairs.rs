@@ -16,6 +16,22 @@ pub enum PairKind {
     Render,
     /// Near the highlight of a thread.
     Highlight,
+    /// One direction near the horizon, alternately light and viewer; the other as above.
+    Rim,
+    /// Both directions near the horizon.
+    RimBoth,
+    /// Both in its last degree.
+    RimLast,
+}
+
+impl PairKind {
+    /// Those of the rims.
+    pub const RIMS: [Self; 3] = [Self::Rim, Self::RimBoth, Self::RimLast];
+
+    /// Whether it is one of them, and none of the protocol's own.
+    pub fn is_rim(self) -> bool {
+        Self::RIMS.contains(&self)
+    }
 }
 
 /// A pair of unit directions above the surface.
@@ -69,6 +85,65 @@ impl Pairs {
 /// `count` pairs for `fabric`, alternately render and highlight, the same for the same seed.
 pub fn protocol_pairs(fabric: &Fabric, count: usize, seed: u64) -> Vec<Pair> {
     endless_pairs(fabric, seed).take(count).collect()
+}
+
+/// How many pairs of each rim are beside `count` of the protocol.
+pub(super) fn rim_count(count: usize) -> usize {
+    (count / 4).max(FEWEST_RIM_PAIRS)
+}
+
+const FEWEST_RIM_PAIRS: usize = 512;
+/// w·n of directions near the horizon: from the least on …
+const LOWEST: f64 = 1e-4;
+/// … to this, or …
+const LOW: f64 = 0.1;
+/// … in its last degree.
+const LAST: f64 = 0.02;
+
+/// The pairs of a rim for `fabric`, one by one, the same for the same seed.
+pub(super) fn endless_rim(fabric: &Fabric, rim: PairKind, seed: u64) -> impl Iterator<Item = Pair> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    // 0 is the protocol's.
+    rng.set_stream(1 + rim as u64);
+    let threads: Vec<&Thread> = fabric.visible_threads().collect();
+    let pair = move |index: usize| {
+        let low = near_horizon(if rim == PairKind::RimLast { LAST } else { LOW }, &mut rng);
+        let other = match rim {
+            PairKind::RimBoth => near_horizon(LOW, &mut rng),
+            PairKind::RimLast => near_horizon(LAST, &mut rng),
+            _ => match threads.is_empty() || index % 4 < 2 {
+                true => cosine_weighted(&mut rng),
+                false => {
+                    let thread = threads[rng.random_range(0..threads.len())];
+                    let mirrored = on_reflection_cone(thread, low, &mut rng);
+                    if mirrored.z > 0.0 {
+                        mirrored
+                    } else {
+                        cosine_weighted(&mut rng)
+                    }
+                }
+            },
+        };
+        let (wi, wr) = if index.is_multiple_of(2) {
+            (low, other)
+        } else {
+            (other, low)
+        };
+        Pair {
+            wi: wi.to_array(),
+            wr: wr.to_array(),
+            kind: rim,
+        }
+    };
+    (0..).map(pair)
+}
+
+/// At any azimuth, w·n uniform below `most`.
+fn near_horizon(most: f64, rng: &mut ChaCha8Rng) -> DVec3 {
+    let z = rng.random_range(LOWEST..most);
+    let (sin, cos) = (TAU * rng.random::<f64>()).sin_cos();
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * cos, r * sin, z)
 }
 
 /// The pairs of [`protocol_pairs`], one by one.

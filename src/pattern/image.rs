@@ -16,17 +16,62 @@ const MAX_DECODED_BYTES: usize = 512 << 20;
 /// What a decoded pixel takes beside what its file has.
 const PIXEL_BYTES: usize = size_of::<[f32; 3]>();
 
+/// How the numbers of a picture follow from light.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Transfer {
+    /// IEC 61966-2-1.
+    #[default]
+    Srgb,
+    /// To the power 1/p, as \[Fecho13\] with p = 2.2.
+    Power(f64),
+}
+
+impl Transfer {
+    /// The numbers are light.
+    pub const LINEAR: Self = Self::Power(1.0);
+
+    /// The number, where 1 is white, that shows linear light.
+    pub fn shown(self, linear: f64) -> f64 {
+        match self {
+            Self::Srgb if linear <= 0.003_130_8 => 12.92 * linear,
+            Self::Srgb => 1.055 * linear.powf(1.0 / 2.4) - 0.055,
+            Self::Power(power) => linear.powf(1.0 / power),
+        }
+    }
+
+    /// The light that a number shows.
+    pub fn linear(self, shown: f64) -> f64 {
+        match self {
+            Self::Srgb if shown <= 0.040_45 => shown / 12.92,
+            Self::Srgb => ((shown + 0.055) / 1.055).powf(2.4),
+            Self::LINEAR => shown,
+            Self::Power(power) => shown.powf(power),
+        }
+    }
+
+    /// What a PNG says of itself by its chunks sRGB and gAMA; sRGB if nothing. Profiles are not read: what has one is nearly always
+    /// sRGB, too.
+    fn of(info: &png::Info<'_>) -> Self {
+        match info.gama_chunk {
+            Some(gamma) if info.srgb.is_none() && gamma.into_value() > 0.0 => {
+                Self::Power(1.0 / f64::from(gamma.into_value()))
+            }
+            _ => Self::Srgb,
+        }
+    }
+}
+
 /// An image, row 0 at the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
     width: usize,
     height: usize,
     pixels: Vec<[f32; 3]>,
-    is_linear: bool,
+    transfer: Transfer,
 }
 
 impl Image {
-    /// Decodes a PNG or EXR file. Values are as stored: those of a PNG from 0 to 1 and not linear, those of an EXR linear.
+    /// Decodes a PNG or EXR file. Values are as stored: those of a PNG from 0 to 1.
     ///
     /// # Errors
     /// What is wrong with the bytes, or that there are too many.
@@ -40,7 +85,7 @@ impl Image {
             width: decoded.width,
             height: decoded.height,
             pixels,
-            is_linear: decoded.is_linear(),
+            transfer: decoded.transfer,
         })
     }
 
@@ -59,8 +104,8 @@ impl Image {
         self.pixels[row * self.width + index(x, self.width)]
     }
 
-    pub(super) fn is_linear(&self) -> bool {
-        self.is_linear
+    pub(super) fn transfer(&self) -> Transfer {
+        self.transfer
     }
 
     pub(super) fn pixels(&self) -> &[[f32; 3]] {
@@ -74,6 +119,7 @@ pub(crate) struct Decoded {
     pub(crate) height: usize,
     /// Grey, grey and alpha, RGB or RGBA: 1 to 4.
     channels: usize,
+    pub(crate) transfer: Transfer,
     samples: Samples,
 }
 
@@ -88,8 +134,9 @@ enum Samples {
 }
 
 impl Decoded {
-    /// Whether values are linear: those of an EXR are.
-    pub(crate) fn is_linear(&self) -> bool {
+    /// Whether colours are multiplied by alpha: those of an EXR are.
+    #[cfg(feature = "render")]
+    pub(crate) fn is_multiplied(&self) -> bool {
         matches!(self.samples, Samples::Floats(_))
     }
 
@@ -165,6 +212,7 @@ fn decode_png(bytes: &[u8]) -> Result<Decoded, String> {
         ColorType::Rgb => 3,
         ColorType::Rgba => 4,
     };
+    let transfer = Transfer::of(reader.info());
     let is_wide = depth == png::BitDepth::Sixteen;
     check_size(
         [width, height],
@@ -176,6 +224,7 @@ fn decode_png(bytes: &[u8]) -> Result<Decoded, String> {
         width,
         height,
         channels,
+        transfer,
         samples: if is_wide {
             Samples::Words(samples)
         } else {
@@ -207,6 +256,18 @@ fn decode_exr(bytes: &[u8]) -> Result<Decoded, String> {
     let IntegerBounds { position, size } = header.shared_attributes.display_window;
     let offset = header.own_attributes.layer_position - position;
     check_size([size.width(), size.height()], 4 * channels + PIXEL_BYTES)?;
+    let begins = |from: i32, length: usize| i64::from(from) < length as i64;
+    let ends = |from: i32, length: usize| i64::from(from) + length as i64 > 0;
+    let is_inside = begins(offset.x(), size.width())
+        && begins(offset.y(), size.height())
+        && ends(offset.x(), header.layer_size.width())
+        && ends(offset.y(), header.layer_size.height());
+    if !is_inside {
+        return Err(
+            "its data window lies outside of its display window, so that nothing is seen; crop it anew"
+                .to_owned(),
+        );
+    }
     let read = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -232,17 +293,9 @@ fn decode_exr(bytes: &[u8]) -> Result<Decoded, String> {
         width: size.width(),
         height: size.height(),
         channels,
+        transfer: Transfer::LINEAR,
         samples: Samples::Floats(read.layer_data.channel_data.pixels),
     })
-}
-
-/// IEC 61966-2-1: what a PNG stores to linear.
-pub(super) fn srgb_to_linear(value: f32) -> f32 {
-    if value <= 0.040_45 {
-        value / 12.92
-    } else {
-        ((value + 0.055) / 1.055).powf(2.4)
-    }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use std::io;
 
 #[cfg(feature = "render")]
 pub(crate) use image::decode as decode_image;
-pub use image::{Image, MAX_IMAGE_BYTES};
+pub use image::{Image, MAX_IMAGE_BYTES, Transfer};
 pub use parse::PatternError;
 
 use crate::fabric::{Fabric, Thread};

@@ -6,12 +6,11 @@ use std::io;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::image::srgb_to_linear;
 use super::layout::Layout;
 use super::{Files, Image, Material, Pattern, albedos};
 use crate::brdf::limits;
 use crate::fabric::Fabric;
-use crate::text::{AlbedoToml, MAX_TOML_BYTES, Source, TextError};
+use crate::text::{AlbedoToml, Exactly, MAX_TOML_BYTES, Source, TextError, cut};
 
 /// Why there is no pattern.
 #[derive(Debug, thiserror::Error)]
@@ -63,7 +62,7 @@ struct MaterialToml {
 struct DotsToml {
     background: Spanned<String>,
     dots: Spanned<String>,
-    spacing: [Spanned<f64>; 2],
+    spacing: Exactly<Spanned<f64>, 2>,
     radius: Spanned<f64>,
     #[serde(default)]
     staggered: bool,
@@ -80,8 +79,8 @@ struct StripesToml {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ChecksToml {
-    materials: [Spanned<String>; 2],
-    size: [Spanned<f64>; 2],
+    materials: Exactly<Spanned<String>, 2>,
+    size: Exactly<Spanned<f64>, 2>,
 }
 
 #[derive(Deserialize)]
@@ -89,7 +88,7 @@ struct ChecksToml {
 struct MaskToml {
     image: Spanned<String>,
     materials: Spanned<Vec<Spanned<String>>>,
-    size: [Spanned<f64>; 2],
+    size: Exactly<Spanned<f64>, 2>,
 }
 
 #[derive(Deserialize)]
@@ -97,7 +96,7 @@ struct MaskToml {
 struct ImageToml {
     image: Spanned<String>,
     material: Spanned<String>,
-    size: [Spanned<f64>; 2],
+    size: Exactly<Spanned<f64>, 2>,
     scale: Option<Spanned<f64>>,
     threads: Option<Vec<Spanned<String>>>,
 }
@@ -180,7 +179,7 @@ impl Reader<'_> {
                 let message = format!(
                     "albedo: {} has no visible thread \"{}\"",
                     fabric.name,
-                    thread.get_ref()
+                    cut(thread.get_ref())
                 );
                 return Err(self.error(thread.span().start, "albedo", message));
             };
@@ -208,7 +207,8 @@ impl Reader<'_> {
             );
             return Fabric::from_library(&name_in_library).ok_or_else(|| {
                 let message = format!(
-                    "fabric: the library has no \"{name_in_library}\"; a file's name ends in .toml"
+                    "fabric: the library has no \"{}\"; a file's name ends in .toml",
+                    cut(&name_in_library)
                 );
                 self.error(name.span().start, "fabric", message)
             });
@@ -225,7 +225,7 @@ impl Reader<'_> {
         let index = |name: &Spanned<String>| {
             let found = materials.iter().position(|m| m.name == *name.get_ref());
             found.ok_or_else(|| {
-                let message = format!("no material is called \"{}\"", name.get_ref());
+                let message = format!("no material is called \"{}\"", cut(name.get_ref()));
                 self.error(name.span().start, "material", message)
             })
         };
@@ -236,9 +236,10 @@ impl Reader<'_> {
             self.source
                 .number(key, value, valid, "lie between 1e-9 and 1e9")
         };
-        let size = |key: &str, [u, v]: &[Spanned<f64>; 2]| -> Result<[f64; 2], TextError> {
-            Ok([length(key, u)?, length(key, v)?])
-        };
+        let size =
+            |key: &str,
+             Exactly([u, v]): &Exactly<Spanned<f64>, 2>|
+             -> Result<[f64; 2], TextError> { Ok([length(key, u)?, length(key, v)?]) };
         let places = [
             raw.dots.as_ref().map(Spanned::span),
             raw.stripes.as_ref().map(Spanned::span),
@@ -298,8 +299,9 @@ impl Reader<'_> {
         }
         if let Some(raw) = &raw.checks {
             let raw = raw.get_ref();
+            let Exactly([even, odd]) = &raw.materials;
             return Ok(Layout::Checks {
-                materials: [index(&raw.materials[0])?, index(&raw.materials[1])?],
+                materials: [index(even)?, index(odd)?],
                 size: size("size", &raw.size)?,
             });
         }
@@ -339,17 +341,16 @@ impl Reader<'_> {
                         let message = format!(
                             "threads: {} has no visible thread \"{}\"",
                             fabric.name,
-                            name.get_ref()
+                            cut(name.get_ref())
                         );
                         return Err(self.error(name.span().start, "threads", message));
                     }
                 }
             }
             let image = self.image(&raw.image)?;
-            let is_linear = image.is_linear();
-            let image = image.map(|pixel| {
-                pixel.map(|x| scale as f32 * if is_linear { x } else { srgb_to_linear(x) })
-            });
+            let transfer = image.transfer();
+            let image =
+                image.map(|pixel| pixel.map(|x| (scale * transfer.linear(x.into())) as f32));
             let is_albedo = |x: &f32| limits::ALBEDO.contains(&f64::from(*x));
             if !image.pixels().iter().flatten().all(is_albedo) {
                 let message = format!(

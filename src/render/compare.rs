@@ -7,6 +7,7 @@
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8};
 
 use super::{Display, Picture};
+use crate::pattern::Transfer;
 
 /// How far one picture is from another, over the pixels that either covers.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,8 +83,15 @@ pub fn compare(a: &Picture, b: &Picture, stops: f64) -> Comparison {
 }
 
 impl Comparison {
+    /// Those of FLIP from 0 to 1.
+    pub fn colours() -> Vec<[u8; 4]> {
+        let colours = nv_flip::magma_lut().to_vec();
+        let colours = colours.as_chunks::<3>().0.iter();
+        colours.map(|[r, g, b]| [*r, *g, *b, 255]).collect()
+    }
+
     /// The amplified absolute difference, and FLIP in magma colours.
-    pub fn panels(&self) -> [Display; 2] {
+    pub fn panels(&self, transfer: Transfer) -> [Display; 2] {
         let amplified = |pixel: &[f32; 4]| {
             let [r, g, b, coverage] = *pixel;
             let factor = self.factor as f32;
@@ -96,17 +104,16 @@ impl Comparison {
             height,
             pixels: self.difference.pixels.iter().map(amplified).collect(),
         };
-        let colours = nv_flip::magma_lut().to_vec();
-        let colour = |error: &f32| {
-            let index = 3 * (255.0 * error.clamp(0.0, 1.0)).round() as usize;
-            [colours[index], colours[index + 1], colours[index + 2], 255]
-        };
+        let colours = Self::colours();
+        let colour = |error: &f32| colours[(255.0 * error.clamp(0.0, 1.0)).round() as usize];
         let flip = Display {
             width,
             height,
             pixels: self.flip.iter().map(colour).collect(),
+            transfer,
+            clipped: 0,
         };
-        [Display::of(&amplified, self.stops), flip]
+        [Display::of(&amplified, self.stops, transfer), flip]
     }
 }
 
@@ -119,7 +126,7 @@ fn flip(a: &Picture, b: &Picture, stops: f64) -> Vec<f32> {
             pixels: picture.pixels.iter().map(opaque).collect(),
             ..*picture
         };
-        let colours: Vec<u8> = Display::of(&picture, stops)
+        let colours: Vec<u8> = Display::of(&picture, stops, Transfer::Srgb)
             .pixels
             .iter()
             .flat_map(|[r, g, b, _]| [*r, *g, *b])

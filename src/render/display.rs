@@ -1,25 +1,22 @@
 //! What a screen shows of a picture, PNG, and pictures that others have made.
 //!
 //! ```text
-//! value = 255 (2^EV L)^(1/2.2), at most 255
+//! value = 255 f(2^EV L), at most 255
 //! ```
 //!
-//! as \[Fecho13\] has it. The file says sRGB, whose own curve differs by at most 0.03 from that exponent. The background is
-//! transparent, and alpha not multiplied in.
+//! with the curve f of sRGB, or that of \[Fecho13\], the power 1/2.2. The file says which. The background is transparent, and alpha not
+//! multiplied in.
 
-use ::png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
+use ::png::{BitDepth, ColorType, Encoder, EncodingError, ScaledFloat, SrgbRenderingIntent};
 
 use super::Picture;
-use crate::pattern::decode_image;
+use crate::pattern::{Transfer, decode_image};
 
 /// The most pixels of a picture that is read: those of the largest that the tool takes.
 const MAX_PIXELS: usize = 8192 * 4096;
 
-/// The exponent of the screen.
-const EXPONENT: f64 = 1.0 / 2.2;
-
 /// Eight bits per channel.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Display {
     /// Columns.
     pub width: usize,
@@ -27,25 +24,35 @@ pub struct Display {
     pub height: usize,
     /// `[row][column]`: red, green, blue and alpha.
     pub pixels: Vec<[u8; 4]>,
+    /// The curve.
+    pub transfer: Transfer,
+    /// How many pixels are brighter than white, and shown as it is.
+    pub clipped: usize,
 }
 
 impl Display {
     /// What is seen of `picture` at an exposure of that many stops.
-    pub fn of(picture: &Picture, stops: f64) -> Self {
+    pub fn of(picture: &Picture, stops: f64, transfer: Transfer) -> Self {
         let gain = stops.exp2();
+        let mut clipped = 0;
         let pixel = |[r, g, b, coverage]: &[f32; 4]| {
             let coverage = f64::from(*coverage);
-            let [r, g, b] = [r, g, b].map(|value| {
+            let shown = [r, g, b].map(|value| {
                 let radiance = gain * f64::from(*value) / coverage;
                 // Nothing over nothing is 0.
-                (255.0 * radiance.max(0.0).powf(EXPONENT)).round() as u8
+                (255.0 * transfer.shown(radiance.max(0.0))).round()
             });
+            clipped += usize::from(shown.iter().any(|value| *value > 255.0));
+            let [r, g, b] = shown.map(|value| value as u8);
             [r, g, b, (255.0 * coverage).round() as u8]
         };
+        let pixels = picture.pixels.iter().map(pixel).collect();
         Self {
             width: picture.width,
             height: picture.height,
-            pixels: picture.pixels.iter().map(pixel).collect(),
+            pixels,
+            transfer,
+            clipped,
         }
     }
 
@@ -67,6 +74,8 @@ impl Display {
             width: parts.iter().map(|part| part.width).sum(),
             height,
             pixels: (0..height).flat_map(row).collect(),
+            transfer: parts.first().map_or(Transfer::Srgb, |part| part.transfer),
+            clipped: parts.iter().map(|part| part.clipped).sum(),
         }
     }
 
@@ -80,7 +89,12 @@ impl Display {
         let mut encoder = Encoder::new(&mut bytes, side(self.width), side(self.height));
         encoder.set_color(ColorType::Rgba);
         encoder.set_depth(BitDepth::Eight);
-        encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
+        match self.transfer {
+            Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric),
+            Transfer::Power(power) => {
+                encoder.set_source_gamma(ScaledFloat::from_scaled((1e5 / power).round() as u32));
+            }
+        }
         for (keyword, text) in notes {
             encoder.add_itxt_chunk((*keyword).to_owned(), text.clone())?;
         }
@@ -92,7 +106,7 @@ impl Display {
 }
 
 impl Picture {
-    /// Decodes an EXR, which is linear, or a PNG, as [`Display`] shows pictures at an exposure of 0. What has no alpha is covered all over.
+    /// Decodes an EXR, which is linear, or a PNG by the curve that it names, sRGB unless it does. What has no alpha is covered all over.
     ///
     /// # Errors
     /// What is wrong with the bytes, or that there are too many.
@@ -102,19 +116,17 @@ impl Picture {
         if width * height > MAX_PIXELS {
             return Err(format!("it has more than {MAX_PIXELS} pixels"));
         }
-        let is_linear = decoded.is_linear();
-        let linear = |[r, g, b, coverage]: [f32; 4]| {
-            let radiance = |value: f32| (f64::from(value).powf(1.0 / EXPONENT) as f32) * coverage;
+        let (transfer, is_multiplied) = (decoded.transfer, decoded.is_multiplied());
+        let radiance = |[r, g, b, coverage]: [f32; 4]| {
+            let by = if is_multiplied { 1.0 } else { coverage };
+            let radiance = |value: f32| (transfer.linear(value.into()) as f32) * by;
             let [r, g, b] = [r, g, b].map(radiance);
             [r, g, b, coverage]
         };
         let picture = Self {
             width,
             height,
-            pixels: decoded
-                .pixels()
-                .map(|pixel| if is_linear { pixel } else { linear(pixel) })
-                .collect(),
+            pixels: decoded.pixels().map(radiance).collect(),
         };
         let values = || picture.pixels.as_flattened().iter();
         if values().len() == 0 || !values().all(|value| value.is_finite()) {

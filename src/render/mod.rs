@@ -10,8 +10,9 @@
 //! and a white Lambertian surface that faces one light of strength e = 1 has L = 1. [`Shape::Cylinders`] is the setup of \[Fecho13\] chapters 4 and 5
 //! (figures 4.1 and 5.1), [`Shape::Sphere`] the mapping that 6.1.3 proposes, neither of which
 //! shadows itself; a [`Drape`] is cloth that hangs, or any mesh, and does. A [`Picture`] holds linear radiance and coverage;
-//! [`Display`] is what a screen shows of it, by the exponent 1/2.2 that the thesis takes.
+//! [`Display`] is what a screen shows of it.
 
+mod caption;
 mod compare;
 mod curves;
 mod display;

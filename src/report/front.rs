@@ -1,18 +1,22 @@
 //! The Pareto front.
 
 /// The points than which no other is as good in one coordinate and better in the other, less being better: their indices
-/// in ascending order of the first coordinate. Of equal points the first.
+/// in ascending order of the first coordinate. Of equal points all. Less than a thousandth better in the second is as good.
 pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|a, b| {
         let (a, b) = (points[*a], points[*b]);
         a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
-    let mut least = f64::INFINITY;
+    const LEAST_GAIN: f64 = 0.999;
+    let mut best = (f64::NAN, f64::INFINITY);
     order.retain(|index| {
-        let is_better = points[*index].1 < least;
-        least = least.min(points[*index].1);
-        is_better
+        let point = points[*index];
+        let is_on = point.1 < LEAST_GAIN * best.1 || point == best;
+        if is_on {
+            best = point;
+        }
+        is_on
     });
     order
 }
@@ -33,8 +37,9 @@ mod tests {
             (4.0, 6.0),
             (9.0, 0.5),
             (9.0, 0.7),
+            (10.0, 0.4999), // hardly better than (9, 0.5)
         ];
-        assert_eq!(pareto_front(&points), [1, 3, 0, 7]);
+        assert_eq!(pareto_front(&points), [1, 3, 5, 0, 7]);
         assert!(pareto_front(&[]).is_empty());
         assert_eq!(pareto_front(&[(1.0, f64::NAN), (2.0, 3.0)]), [1]);
     }

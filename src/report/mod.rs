@@ -20,6 +20,8 @@ pub use front::pareto_front;
 pub use heat::{Axis, HeatMap};
 pub use look::{Look, Looks};
 pub use machine::Machine;
+#[doc(hidden)]
+pub use records::schema;
 
 use candidate::Candidate;
 use rayon::prelude::*;
@@ -40,7 +42,7 @@ use crate::table::Error;
 pub struct Options {
     /// Numbers of samples of the midpoint rule.
     pub midpoints: Vec<u32>,
-    /// Numbers of placed nodes per segment.
+    /// Numbers of placed tilts per segment.
     pub quadratures: Vec<u32>,
     /// Presets to bake.
     pub presets: Vec<Preset>,
@@ -171,7 +173,7 @@ impl Report {
     pub fn files(&self) -> Vec<(String, String)> {
         let mut files = vec![
             ("report.csv".to_owned(), records::csv(self)),
-            ("report.json".to_owned(), records::json(self)),
+            ("report.json".to_owned(), records::json("report", self)),
             ("index.html".to_owned(), page::html(self)),
         ];
         for fabric in &self.fabrics {
@@ -240,7 +242,7 @@ pub fn measure(
         })
         .collect::<Result<Vec<Option<Looks>>, Cancelled>>()?;
 
-    let timed = timing::timed_pairs(truth.pairs(), options.seed);
+    let timed = timing::timed_pairs(truth.protocol_pairs(), options.seed);
     let times = timing::interleaved(
         &candidates,
         &timed,
@@ -280,7 +282,7 @@ pub fn measure(
     if let Some(table) = report.headline().filter(|table| !table.is_exact()) {
         let index = report.evaluators.iter().position(|other| other == table);
         let errors = truth.relative_errors(&values[index.expect("it is one of them")]);
-        report.heat = heat::maps(&table.evaluator, fabric, truth.pairs(), &errors);
+        report.heat = heat::maps(&table.evaluator, fabric, truth.protocol_pairs(), &errors);
     }
     Ok(report)
 }

@@ -85,7 +85,7 @@ fn overview(report: &Report) -> Markup {
             table {
                 thead {
                     tr {
-                        th { "fabric" } th { "table" } th { "mean" } th { "p99" } th { "grazing p99" } th { "time" } th { "×" }
+                        th { "fabric" } th { "table" } th { "mean" } th { "p99" } th { "grazing p99" } th { "rim p99" } th { "time" } th { "×" }
                         th { "memory" } th { "file" } th { "FLIP" } th { "fastest below 0.5 %" }
                     }
                 }
@@ -98,6 +98,7 @@ fn overview(report: &Report) -> Markup {
                                 td { (percent(table.error.all.mean)) }
                                 td { (percent(table.error.all.p99)) }
                                 td { (percent(table.error.grazing.p99)) }
+                                td { (percent(table.error.rim.p99)) }
                                 td { (time(table.ns)) }
                                 td { (number(table.speedup)) }
                                 td { (bytes(table.decoded_bytes)) }
@@ -108,7 +109,7 @@ fn overview(report: &Report) -> Markup {
                                     None => td { "–" },
                                 }
                             } @else {
-                                td colspan="10" { "no table was measured" }
+                                td colspan="11" { "no table was measured" }
                             }
                         }
                     }
@@ -145,7 +146,7 @@ fn section(fabric: &FabricReport) -> Markup {
                         thead {
                             tr {
                                 th { "evaluator" } th { "mean" } th { "p50" } th { "p95" } th { "p99" } th { "p99.9" } th { "max" }
-                                th { "grazing p99" } th { "RMSE / mean" } th { "time" } th { "×" } th { "memory" } th { "file" }
+                                th { "grazing p99" } th { "rim p99" } th { "rim, both p99" } th { "rim, last p99" } th { "RMSE / mean" } th { "time" } th { "×" } th { "memory" } th { "file" }
                                 th { "sphere" } th { "FLIP" } th { "cylinders" } th { "FLIP" }
                             }
                         }
@@ -157,7 +158,9 @@ fn section(fabric: &FabricReport) -> Markup {
                                     @for error in [all.mean, all.p50, all.p95, all.p99, all.p999, all.max] {
                                         td { (percent(error)) }
                                     }
-                                    td { (percent(evaluator.error.grazing.p99)) }
+                                    @for set in [&evaluator.error.grazing, &evaluator.error.rim, &evaluator.error.rim_both, &evaluator.error.rim_last] {
+                                        td { (percent(set.p99)) }
+                                    }
                                     td { (percent(evaluator.error.rmse_over_mean)) }
                                     td { (time(evaluator.ns)) }
                                     td { (number(evaluator.speedup)) }

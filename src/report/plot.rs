@@ -177,8 +177,10 @@ fn error_against<'a>(root: &Root<'a>, fabric: &FabricReport, against: &Against) 
         log_axis(points.iter().map(|point| point.0)),
         log_axis(points.iter().map(|point| point.1)),
     );
+    let entries = legend_entries(&evaluators);
     let mut chart = ChartBuilder::on(root)
         .margin(14)
+        .margin_top((20 + LEGEND_ROW * entries.len().div_ceil(LEGEND_COLUMNS)) as i32)
         .margin_right(30)
         .x_label_area_size(66)
         .y_label_area_size(96)
@@ -209,11 +211,11 @@ fn error_against<'a>(root: &Root<'a>, fabric: &FabricReport, against: &Against) 
         .map(|point| chart.backend_coord(point))
         .collect();
     let (columns, rows) = chart.plotting_area().get_pixel_range();
-    let legend = legend(root, &evaluators, (columns.end, rows.start))?;
+    legend(root, &entries)?;
     let mut names = Names {
         columns,
         rows,
-        taken: vec![legend],
+        taken: Vec::new(),
     };
     for (evaluator, pixel) in evaluators.iter().zip(&pixels) {
         dot(root, *pixel, evaluator.family, evaluator.batch)?;
@@ -245,40 +247,45 @@ fn error_against<'a>(root: &Root<'a>, fabric: &FabricReport, against: &Against) 
 /// Columns and rows.
 type Room = (Range<i32>, Range<i32>);
 
-/// Which colours are which, and the room that takes: top right, where an evaluator would be slow and wrong.
-fn legend<'a>(
-    root: &Root<'a>,
-    evaluators: &[&Measurement],
-    (right, top): (i32, i32),
-) -> Result<Room, DrawError<'a>> {
-    let left = right - 190;
-    let mut y = top + 22;
-    for (family, name) in [
+const LEGEND_COLUMNS: usize = 3;
+/// Units of the drawing.
+const LEGEND_ROW: usize = 28;
+
+/// What there is to say which colour is which of.
+fn legend_entries(evaluators: &[&Measurement]) -> Vec<(Family, bool, String)> {
+    let families = [
         (Family::Midpoint, "midpoints"),
         (Family::Quadrature, "quadrature"),
         (Family::Table, "tables"),
         (Family::Fit, "fits"),
-    ] {
-        for batch in [false, true] {
-            if evaluators
-                .iter()
-                .any(|other| other.family == family && other.batch == batch)
-            {
-                dot(root, (left + 12, y), family, batch)?;
-                let text = if batch {
-                    format!("{name}, batch")
-                } else {
-                    name.to_owned()
-                };
-                let style = font(LABEL_FONT)
-                    .color(&INK)
-                    .pos(Pos::new(HPos::Left, VPos::Center));
-                root.draw(&Text::new(text, (left + 28, y), style))?;
-                y += 28;
-            }
-        }
+    ];
+    let is_there = |family: Family, batch: bool| {
+        let mut all = evaluators.iter();
+        all.any(|other| other.family == family && other.batch == batch)
+    };
+    let entry = |(family, name): (Family, &str)| {
+        let single = (family, false, name.to_owned());
+        [single, (family, true, format!("{name}, batch"))]
+    };
+    let entries = families.into_iter().flat_map(entry);
+    entries
+        .filter(|(family, batch, _)| is_there(*family, *batch))
+        .collect()
+}
+
+/// Which colours are which, above the plot.
+fn legend<'a>(root: &Root<'a>, entries: &[(Family, bool, String)]) -> Drawn<'a> {
+    for (index, (family, batch, name)) in entries.iter().enumerate() {
+        let (column, row) = (index % LEGEND_COLUMNS, index / LEGEND_COLUMNS);
+        let x = 30 + (column * (SIZE.0 as usize - 30) / LEGEND_COLUMNS) as i32;
+        let y = 22 + (row * LEGEND_ROW) as i32;
+        dot(root, (x, y), *family, *batch)?;
+        let style = font(LABEL_FONT)
+            .color(&INK)
+            .pos(Pos::new(HPos::Left, VPos::Center));
+        root.draw(&Text::new(name.clone(), (x + 16, y), style))?;
     }
-    Ok((left..right, top..y - 8))
+    Ok(())
 }
 
 /// The mark of an evaluator: filled for batches, hollow for single pairs.

@@ -21,6 +21,18 @@ struct Row<'a> {
     grazing_mean: f64,
     grazing_p99: f64,
     grazing_max: f64,
+    rim_pairs: usize,
+    rim_mean: f64,
+    rim_p99: f64,
+    rim_max: f64,
+    rim_both_pairs: usize,
+    rim_both_mean: f64,
+    rim_both_p99: f64,
+    rim_both_max: f64,
+    rim_last_pairs: usize,
+    rim_last_mean: f64,
+    rim_last_p99: f64,
+    rim_last_max: f64,
     rmse_over_mean: f64,
     ns: f64,
     speedup: f64,
@@ -36,7 +48,8 @@ pub(super) fn csv(report: &Report) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for fabric in &report.fabrics {
         for evaluator in &fabric.evaluators {
-            let (all, grazing) = (&evaluator.error.all, &evaluator.error.grazing);
+            let error = &evaluator.error;
+            let all = &error.all;
             let looks = evaluator.looks;
             let row = Row {
                 fabric: &fabric.fabric,
@@ -50,11 +63,23 @@ pub(super) fn csv(report: &Report) -> String {
                 p99: all.p99,
                 p999: all.p999,
                 max: all.max,
-                grazing_pairs: grazing.pairs,
-                grazing_mean: grazing.mean,
-                grazing_p99: grazing.p99,
-                grazing_max: grazing.max,
-                rmse_over_mean: evaluator.error.rmse_over_mean,
+                grazing_pairs: error.grazing.pairs,
+                grazing_mean: error.grazing.mean,
+                grazing_p99: error.grazing.p99,
+                grazing_max: error.grazing.max,
+                rim_pairs: error.rim.pairs,
+                rim_mean: error.rim.mean,
+                rim_p99: error.rim.p99,
+                rim_max: error.rim.max,
+                rim_both_pairs: error.rim_both.pairs,
+                rim_both_mean: error.rim_both.mean,
+                rim_both_p99: error.rim_both.p99,
+                rim_both_max: error.rim_both.max,
+                rim_last_pairs: error.rim_last.pairs,
+                rim_last_mean: error.rim_last.mean,
+                rim_last_p99: error.rim_last.p99,
+                rim_last_max: error.rim_last.max,
+                rmse_over_mean: error.rmse_over_mean,
                 ns: evaluator.ns,
                 speedup: evaluator.speedup,
                 decoded_bytes: evaluator.decoded_bytes,
@@ -71,8 +96,22 @@ pub(super) fn csv(report: &Report) -> String {
     String::from_utf8(bytes).expect("names and numbers are text")
 }
 
+/// What a program reads first: which keys there are, and what they mean.
+#[doc(hidden)]
+pub fn schema(what: &str) -> String {
+    format!("sateen-{what}/1")
+}
+
+#[derive(Serialize)]
+struct Versioned<'a, T> {
+    schema: String,
+    #[serde(flatten)]
+    content: &'a T,
+}
+
 /// Everything, to be read by people, too.
-pub(crate) fn json(report: &impl Serialize) -> String {
-    let text = serde_json::to_string_pretty(report).expect("numbers, names and lists are JSON");
-    text + "\n"
+pub(crate) fn json(what: &str, content: &impl Serialize) -> String {
+    let schema = schema(what);
+    let text = serde_json::to_string_pretty(&Versioned { schema, content });
+    text.expect("numbers, names and lists are JSON") + "\n"
 }

@@ -62,6 +62,17 @@ pub(super) fn lights(path: &Path, file: &MeshFile) -> Result<Vec<Light>, SceneEr
     lights
         .map(|(count, light)| {
             let [r, g, b] = light.color.map(f64::from);
+            let strength = f64::from(light.intensity);
+            let is_fine = |x: f64| x >= 0.0 && x.is_finite();
+            if ![strength, r, g, b].into_iter().all(is_fine) {
+                return Err(SceneError::Gltf {
+                    file: path.to_owned(),
+                    message: format!(
+                        "the light of node {} has an intensity or color that is negative or infinite",
+                        light.node
+                    ),
+                });
+            }
             let place = Region::point(light.place.transform_point3(DVec3::ZERO));
             // It shines along −z.
             let shines = axis_of(&light.place, DVec3::NEG_Z, path, light.node)?;
@@ -81,7 +92,7 @@ pub(super) fn lights(path: &Path, file: &MeshFile) -> Result<Vec<Light>, SceneEr
             Ok(Light {
                 name: named(&light.name, "light", count),
                 // lx, and cd at a distance of 1; candela and lumens count like watts.
-                strength: (f64::from(light.intensity) * (r + g + b) / 3.0 / PI).max(0.0),
+                strength: strength * (r + g + b) / 3.0 / PI,
                 source,
             })
         })

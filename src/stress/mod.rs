@@ -216,7 +216,10 @@ impl StressReport {
     pub fn files(&self) -> Vec<(String, String)> {
         vec![
             ("stress.csv".to_owned(), records::csv(self)),
-            ("stress.json".to_owned(), crate::report::records::json(self)),
+            (
+                "stress.json".to_owned(),
+                crate::report::records::json("stress", self),
+            ),
         ]
     }
 }

@@ -47,9 +47,8 @@ pub struct Verdict {
     /// values that the same rule takes in double precision over directions that differ by up to four such bits. Of the reference
     /// how far its tolerance of 1e-7 is from one of 1e-11, of a table how far a batch is from single lookups.
     pub deviation: Worst,
-    /// How much more, or less, a value changes than the model's between directions a millionth apart (near the horizon less: a
-    /// thousandth of their height), relative to the larger of the values, where the model does not itself jump there: a seam or
-    /// a speck.
+    /// How much more, or less, a value changes than the model's between directions a millionth apart, relative to the larger of
+    /// the values, where the model does not itself jump there: a seam or a speck.
     pub step: Worst,
     /// The mean and the largest relative error against the reference.
     pub mean_error: f64,
@@ -79,9 +78,6 @@ const ENOUGH: f64 = 1e-3;
 const DARK: f64 = 1e-30;
 /// How far neighbours are.
 const STEP: f64 = 1e-6;
-/// Nor are they further than this share of their height above the horizon. At heights of 1e-6 a millionth is no small step: angles
-/// about a thread change by half, and what a table's step over it shows is that its error changes.
-const STEP_OF_HEIGHT: f64 = 1e-3;
 /// Where the model changes by more than this share over such a step, or over the last bits, it jumps.
 const JUMP: f64 = 1e-3;
 const TIGHT: Rule = Rule::Adaptive(1e-11);
@@ -101,10 +97,8 @@ impl<'a> Trial<'a> {
             .iter()
             .enumerate()
             .map(|(index, pair)| {
-                let lowest = f64::from(pair[0][2].min(pair[1][2]));
-                let step = STEP.min(STEP_OF_HEIGHT * lowest);
                 // Longer or shorter directions would be further from the pair than that.
-                moved(pair, step, index).map(|w| normalized(w).unwrap_or(w).map(|x| x as f32))
+                moved(pair, STEP, index).map(|w| normalized(w).unwrap_or(w).map(|x| x as f32))
             })
             .collect();
         let values = |pairs: &[SinglePair]| -> Vec<[f64; 3]> {

@@ -68,7 +68,7 @@ impl fmt::Display for Error {
             Self::Truncated { expected, found } => {
                 write!(
                     f,
-                    "truncated: {found} bytes of {expected}; copy or bake it again"
+                    "cut off after {found} bytes, where at least {expected} belong; copy or bake it again"
                 )
             }
             Self::TrailingBytes { expected, found } => {

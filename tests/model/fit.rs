@@ -8,7 +8,7 @@ use predicates::str::contains;
 use sateen::fabric::{Fabric, Irawan, Lambert, Models, OrenNayar, TorranceSparrow};
 use sateen::fit::{fit, fit_to};
 use sateen::metrics::{Truth, protocol_pairs};
-use sateen::model::{ModelKind, irawan_of};
+use sateen::model::{ModelKind, Rule, Sadeghi, irawan_of};
 use sateen::progress::Progress;
 
 /// What the fit from `start` finds in data that `made` made.
@@ -77,7 +77,9 @@ fn a_fit_with_a_lobe_is_no_worse_than_one_without() {
     for name in ["denim", "polyester-lining", "tshirt-white"] {
         let fabric = fabric(name);
         // What the fits are of.
-        let data = Truth::new(&fabric, 1024, 41, Progress::silent()).unwrap();
+        let reference = Sadeghi::<f64>::new(&fabric, Rule::REFERENCE);
+        let pairs = protocol_pairs(&fabric, 1024, 41);
+        let data = Truth::of_model(&reference, pairs, Progress::silent()).unwrap();
         let [lambert, torrance_sparrow] =
             [ModelKind::Lambert, ModelKind::TorranceSparrow].map(|kind| {
                 let models = fit(&fabric, kind, Progress::silent()).unwrap().models;
@@ -158,6 +160,17 @@ fn a_fit_goes_into_the_file_and_from_there_into_eval() {
             "[oren_nayar]\nalbedo = { color = [",
         ))
         .stderr(contains("oren-nayar of denim: relative error"));
+    let told = sateen(&["fit", "lambert", "denim", "--json"]).success();
+    let told: serde_json::Value = serde_json::from_slice(&told.get_output().stdout).unwrap();
+    assert_eq!(told["schema"], "sateen-fit/1");
+    assert_eq!(
+        told["parameters"]["lambert"]["albedo"]["color"]
+            .as_array()
+            .unwrap()
+            .len(),
+        3
+    );
+    assert!(told["error"]["all"]["mean"].as_f64().unwrap() > 0.1);
     sateen(&["fit", "lambert", "denim", "-o", &fitted])
         .success()
         .stdout("");

@@ -8,6 +8,7 @@ mod chart;
 mod curves;
 #[cfg(feature = "cli")]
 mod energy;
+mod errors;
 mod fabric;
 #[cfg(feature = "cli")]
 mod fit;

@@ -164,6 +164,37 @@ fn one_table_serves_every_albedo() {
 }
 
 #[test]
+fn an_exr_shows_what_is_inside_of_its_display_window() {
+    use exr::prelude::{IntegerBounds, SpecificChannels, WritableImage};
+    let at = |x: i32, y: i32| {
+        let layer = exr::prelude::Layer::new(
+            (2, 2),
+            exr::prelude::LayerAttributes::named("mask"),
+            exr::prelude::Encoding::UNCOMPRESSED,
+            SpecificChannels::rgb(|_| (1f32, 1f32, 1f32)),
+        );
+        let mut image = exr::prelude::Image::from_layer(layer);
+        image.layer_data.attributes.layer_position = exr::prelude::Vec2(x, y);
+        image.attributes.display_window = IntegerBounds::from_dimensions((4, 4));
+        let mut bytes = Cursor::new(Vec::new());
+        image.write().to_buffered(&mut bytes).unwrap();
+        bytes.into_inner()
+    };
+    let mask = |bytes: &[u8]| {
+        let layout = r#"mask = { image = "image", materials = ["white", "blue"], size = [1, 1] }"#;
+        pattern(layout, bytes)
+    };
+    assert!(mask(&at(1, 1)).is_ok() && mask(&at(-1, 3)).is_ok());
+    for outside in [at(4, 0), at(0, -2), at(-2, 1)] {
+        let error = mask(&outside).unwrap_err();
+        assert!(
+            error.contains("its data window lies outside of its display window"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn mistakes_are_named_with_their_line() {
     let small = encoded(RgbImage::new(1, 1).into(), ImageFormat::Png);
     for (layout, message) in [
@@ -186,6 +217,14 @@ fn mistakes_are_named_with_their_line() {
         (
             r#"checks = { materials = ["white", "blue"], size = [1, nan] }"#,
             "test.toml:2: size = NaN must lie between 1e-9 and 1e9",
+        ),
+        (
+            r#"checks = { materials = ["white", "blue", "denim"], size = [1, 1] }"#,
+            "expected 2 values, there are 3",
+        ),
+        (
+            r#"checks = { materials = ["white", "blue"], size = [1, 1, 1] }"#,
+            "expected 2 values, there are 3",
         ),
         (
             r#"checks = { materials = ["white"], size = [1, 1] }"#,

@@ -17,7 +17,7 @@ use predicates::str::contains;
 use sateen::bake::{Preset, Settings, bake};
 use sateen::fabric::{Fabric, Lambert};
 use sateen::model::{ModelKind, Rule, Sadeghi, irawan_of};
-use sateen::pattern::Pattern;
+use sateen::pattern::{Pattern, Transfer};
 use sateen::progress::Progress;
 use sateen::render::{
     Cloth, Curve, CurvePoint, Cylinder, Display, Layer, Light, Picture, Shape, View, compare,
@@ -302,8 +302,8 @@ fn a_png_is_srgb_and_says_what_made_it() {
     for (pixel, [r, g, b, coverage]) in image.pixels().zip(&picture.pixels) {
         assert_eq!(pixel[3], (255.0 * coverage).round() as u8);
         for (shown, radiance) in pixel.0.iter().zip([r, g, b]) {
-            let expected = 255.0 * (2.0 * radiance / coverage.max(1e-9)).powf(1.0 / 2.2);
-            assert!((f32::from(*shown) - expected.min(255.0)).abs() < 0.6);
+            let expected = 255.0 * srgb(f64::from(2.0 * radiance / coverage.max(1e-9)));
+            assert!((f64::from(*shown) - expected.min(255.0)).abs() < 0.6);
         }
     }
 
@@ -476,12 +476,115 @@ fn a_comparison_shows_and_tells() {
         "FLIP                 mean 0.00000, at most 0.0000",
     ));
     let image = image::open(&path).unwrap();
-    assert_eq!((image.width(), image.height()), (4 * 192, 96));
+    assert_eq!((image.width(), image.height()), (4 * 192, 96 + 16));
     picture(&["sphere", "denim", "--compare", table, "reference"], &path)
         .code(1)
         .stderr(contains(
             "is a table of polka-dot-lining-white, which is not the denim",
         ));
+}
+
+/// IEC 61966-2-1, as another program would write it.
+fn srgb(linear: f64) -> f64 {
+    let (slope, gamma, offset): (f64, f64, f64) = (12.92, 2.4, 0.055);
+    if linear * slope < 0.04045 {
+        linear * slope
+    } else {
+        (1.0 + offset) * linear.powf(gamma.recip()) - offset
+    }
+}
+
+/// What an engine saves that draws the same: 8 bits by its own curve, over black.
+fn screenshot(picture: &Picture, curve: impl Fn(f64) -> f64, gamma: Option<f32>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let sides = [picture.width, picture.height].map(|side| side as u32);
+    let mut encoder = png::Encoder::new(&mut bytes, sides[0], sides[1]);
+    encoder.set_color(png::ColorType::Rgb);
+    if let Some(gamma) = gamma {
+        encoder.set_source_gamma(png::ScaledFloat::new(gamma));
+    }
+    let pixels = picture.pixels.iter().flat_map(|[r, g, b, _]| {
+        [r, g, b].map(|value| (255.0 * curve(f64::from(*value))).round().min(255.0) as u8)
+    });
+    let mut writer = encoder.write_header().unwrap();
+    writer
+        .write_image_data(&pixels.collect::<Vec<u8>>())
+        .unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+#[test]
+fn a_perfect_screenshot_is_the_same_picture_in_either_curve() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let cloth = direct(&library("denim"));
+    let rendered = render(&Shape::Sphere, &cloth, &VIEW, Progress::silent()).unwrap();
+    let power = |linear: f64| linear.powf(1.0 / 2.2);
+    fs::write(at("srgb.png"), screenshot(&rendered, srgb, None)).unwrap();
+    fs::write(
+        at("power.png"),
+        screenshot(&rendered, power, Some(1.0 / 2.2)),
+    )
+    .unwrap();
+    fs::write(at("wrong.png"), screenshot(&rendered, power, None)).unwrap();
+    fs::write(at("linear.png"), screenshot(&rendered, |x| x, Some(1.0))).unwrap();
+    for (name, curve) in [("render.png", "srgb"), ("thesis.png", "2.2")] {
+        let of = [
+            "sphere",
+            "denim",
+            "--evaluator",
+            "quadrature:8",
+            "--transfer",
+            curve,
+        ];
+        picture(&of, &at(name)).success();
+    }
+    let bytes = fs::read(at("thesis.png")).unwrap();
+    let reader = png::Decoder::new(Cursor::new(&bytes)).read_info().unwrap();
+    let info = reader.info();
+    assert!(info.srgb.is_none());
+    assert_eq!(info.gama_chunk.unwrap().into_scaled(), 45_455);
+
+    let found = |picture: &str, truth: &str| -> [f64; 2] {
+        let mut command = Command::cargo_bin("sateen").unwrap();
+        let [picture, truth] = [at(picture), at(truth)];
+        let files = [
+            "compare".as_ref(),
+            picture.as_path(),
+            &truth,
+            "--json".as_ref(),
+        ];
+        let said = command.args(files).assert().success();
+        let json: serde_json::Value = serde_json::from_slice(&said.get_output().stdout).unwrap();
+        [&json["flip"]["mean"], &json["rmse"]].map(|x| x.as_f64().unwrap())
+    };
+    // Pixels at the edge are covered in part: their 8 bits are of other numbers, the picture's not multiplied by alpha.
+    let [flip, rmse] = found("srgb.png", "render.png");
+    assert!(flip < 1e-3 && rmse < 1e-3, "{flip} {rmse}");
+    let [flip, rmse] = found("power.png", "thesis.png");
+    assert!(flip < 1e-3 && rmse < 1e-3, "{flip} {rmse}");
+    // Curves that differ round differently, above all in the dark, of which FLIP sees more.
+    for (a, b) in [("power.png", "render.png"), ("linear.png", "render.png")] {
+        let [_, rmse] = found(a, b);
+        assert!(rmse < 2e-3, "{a} {b}: {rmse}");
+    }
+    let [_, rmse] = found("wrong.png", "render.png");
+    assert!(rmse > 2e-3, "{rmse}");
+}
+
+#[test]
+fn curves_are_undone_exactly() {
+    for transfer in [Transfer::Srgb, Transfer::Power(2.2), Transfer::LINEAR] {
+        for step in 0..=1000 {
+            let x = f64::from(step) / 1000.0;
+            assert!(
+                (transfer.linear(transfer.shown(x)) - x).abs() < 1e-6,
+                "{transfer:?} {x}"
+            );
+            assert!((Transfer::Srgb.shown(x) - srgb(x)).abs() < 1e-6);
+        }
+    }
 }
 
 #[test]
@@ -490,11 +593,11 @@ fn files_are_compared_as_the_pictures_that_they_hold() {
     let [png, exr, other] = ["a.png", "a.exr", "b.png"].map(|name| folder.path().join(name));
     let cloth = direct(&library("denim"));
     let rendered = render(&Shape::Sphere, &cloth, &VIEW, Progress::silent()).unwrap();
-    let shown = Display::of(&rendered, 0.0);
+    let shown = Display::of(&rendered, 0.0, Transfer::Srgb);
     fs::write(&png, shown.to_png(&[]).unwrap()).unwrap();
     // What was shown is read back, to the bit.
     let read = Picture::from_bytes(&fs::read(&png).unwrap()).unwrap();
-    assert_eq!(Display::of(&read, 0.0), shown);
+    assert_eq!(Display::of(&read, 0.0, Transfer::Srgb), shown);
 
     picture(&["sphere", "denim", "--evaluator", "quadrature:8"], &exr).success();
     picture(&["sphere", "denim", "--light-deg", "20"], &other).success();
@@ -633,7 +736,7 @@ fn an_empty_picture_is_an_error() {
         height: 0,
         pixels: Vec::new(),
     };
-    assert!(Display::of(&none, 0.0).to_png(&[]).is_err());
+    assert!(Display::of(&none, 0.0, Transfer::Srgb).to_png(&[]).is_err());
     assert!(to_exr(&[Layer::of("none", &none)], 0, false).is_err());
 }
 

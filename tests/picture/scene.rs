@@ -139,6 +139,10 @@ fn mistakes_are_told_with_file_key_and_remedy() {
             ["direction", "not be 0"],
         ),
         (
+            of_light(&LIGHT.replace("1, 1, 1", "1, 1, 1, 1")),
+            ["scene.toml", "expected 3 values, there are 4"],
+        ),
+        (
             of_object(&OBJECT.replace("denim", "denmi")),
             ["denmi", "did you mean denim?"],
         ),
@@ -421,7 +425,7 @@ fn the_tool_explains_bakes_and_proves_a_scene() {
     };
     sphere("asked.sateen", &["-o", "nearest.png"])
         .success()
-        .stderr(predicates::str::contains("pairs were not baked"));
+        .stderr(predicates::str::contains("pairs not baked"));
     sphere("asked.sateen", &["-o", "none.png", "--strict"])
         .failure()
         .code(1);
@@ -662,6 +666,25 @@ fn square_gltf(folder: &Path, material: &str, more: &str) -> PathBuf {
     let path = folder.join("square.gltf");
     fs::write(&path, text).unwrap();
     path
+}
+
+#[test]
+fn lights_of_a_gltf_file_have_a_strength() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = square_gltf(folder.path(), "denim", "");
+    let text = fs::read_to_string(&path).unwrap();
+    for wrong in ["-2.0", "1e39", "2.0, \"color\": [1, -1, 1]"] {
+        fs::write(
+            &path,
+            text.replace("\"intensity\": 2.0", &format!("\"intensity\": {wrong}")),
+        )
+        .unwrap();
+        let error = Scene::load(&path).unwrap_err().to_string();
+        assert!(
+            error.contains("the light of node 3 has an intensity or color"),
+            "{error}"
+        );
+    }
 }
 
 #[test]

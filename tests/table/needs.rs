@@ -148,6 +148,9 @@ fn light_from_the_viewer_needs_a_fiftieth() {
         }
         let error = Provenance::of(&pruned).unwrap().error;
         assert_eq!(error.all.pairs, settings.error_pairs);
+        // Both directions are at the horizon, or none.
+        let rims = [error.rim, error.rim_both, error.rim_last].map(|rim| rim.pairs);
+        assert_eq!(rims, [0, 512, 512]);
         assert!(error.bias.is_empty());
     }
 }

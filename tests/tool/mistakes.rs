@@ -50,6 +50,139 @@ fn headers_of_pairs_are_quoted_with_what_they_seem_to_be() {
 }
 
 #[test]
+fn words_in_the_wrong_order_are_understood() {
+    for (arguments, words) in [
+        (
+            "render denim -o a.png",
+            &[
+                "a fabric of the library",
+                "`sateen render sphere denim -o FILE`",
+            ][..],
+        ),
+        (
+            "render denim sphere",
+            &["`sateen render sphere denim -o FILE`"],
+        ),
+        (
+            "render denim.sateen",
+            &["is a table", "`sateen render sphere denim.sateen -o FILE`"],
+        ),
+        (
+            "render denim curtain",
+            &["`sateen render curtain denim -o FILE`"],
+        ),
+        (
+            "render shirt.glb denim",
+            &["is a mesh", "`sateen render mesh shirt.glb denim -o FILE`"],
+        ),
+        (
+            "render denim mesh shirt.obj",
+            &["`sateen render mesh shirt.obj denim -o FILE`"],
+        ),
+        (
+            "render sphere sphere -o a.png",
+            &[
+                "what cloth lies on",
+                "`sateen render sphere FABRIC -o FILE`",
+            ],
+        ),
+        (
+            "render shpere denim",
+            &["unrecognized subcommand", "'sphere'"],
+        ),
+        ("denim", &["a verb comes first", "`sateen bake denim`"]),
+        ("denim.sateen", &["`sateen info denim.sateen`"]),
+        (
+            "fit denim lambert",
+            &["the model comes first: `sateen fit lambert denim`"],
+        ),
+        ("fit lambret denim", &["possible values"]),
+        ("compare denim.sateen a.png", &["is a table, not a picture"]),
+        (
+            "compare denim reference",
+            &["a fabric of the library, not a picture"],
+        ),
+    ] {
+        says(&[], arguments, 2, words);
+    }
+}
+
+#[test]
+fn what_is_replaced_is_said() {
+    let (folder, mut command) = sateen(&[("old.sateen", "x")], "bake faux-suede -o old.sateen");
+    let said = command
+        .assert()
+        .success()
+        .stderr("sateen: old.sateen was there, and is replaced\n");
+    // One line of what there is to know.
+    let said = String::from_utf8(said.get_output().stdout.clone()).unwrap();
+    assert_eq!(said.lines().count(), 1, "{said}");
+    for words in [
+        "old.sateen: no samples, ",
+        " in the file, error 0.000 % on average",
+        "in closed form",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+    let verbose = |arguments: &str| {
+        let mut command = Command::cargo_bin("sateen").unwrap();
+        let words = arguments.split_whitespace();
+        command.current_dir(&folder).args(words).assert().success()
+    };
+    verbose("bake faux-suede -v -o new.sateen")
+        .stderr("")
+        .stdout(contains("rim, both").and(contains("directional reflectance (bias)")));
+}
+
+#[test]
+fn long_names_are_cut_and_files_named_once() {
+    let long = "x".repeat(300);
+    let (_folder, mut command) = sateen(&[], &format!("bake {long}"));
+    let said = command.assert().code(1);
+    let said = String::from_utf8(said.get_output().stderr.clone()).unwrap();
+    assert!(said.len() < 200 && said.contains("xxx…"), "{said}");
+    let scene =
+        "name = \"s\"\n[[camera]]\ntarget = [0, 0, 0]\nposition = [0, 0, 3]\nfov_deg = 900\n";
+    let (_folder, mut command) = sateen(&[("s.toml", scene)], "scene s.toml");
+    let said = command.assert().code(1);
+    let said = String::from_utf8(said.get_output().stderr.clone()).unwrap();
+    assert_eq!(said.matches("s.toml").count(), 1, "{said}");
+}
+
+#[test]
+fn widths_are_what_documents_say() {
+    let text = include_str!("../../tables/fabrics/faux-suede.toml");
+    let wide = |degrees: &str| {
+        let lines = text.lines().map(|line| match line.split_once(" = ") {
+            Some(("gamma_s_deg", _)) => format!("gamma_s_deg = {degrees}"),
+            _ => line.to_owned(),
+        });
+        lines.collect::<Vec<String>>().join("\n")
+    };
+    says(
+        &[("f.toml", &wide("1001"))],
+        "bake f.toml",
+        1,
+        &["between 0.001 and 1000 degrees"],
+    );
+    says(
+        &[("f.toml", &wide("1000"))],
+        "bake f.toml --preset draft",
+        0,
+        &[],
+    );
+}
+
+#[test]
+fn clipped_pixels_are_counted() {
+    let words = "brighter than white, and clipped; lower --exposure";
+    let render = "render sphere tshirt-white --size 32 --samples 1 -o a.png";
+    says(&[], &format!("{render} --exposure 8"), 0, &[words]);
+    let (_folder, mut command) = sateen(&[], &format!("{render} --exposure -8"));
+    command.assert().success().stderr("");
+}
+
+#[test]
 fn pairs_below_the_surface_are_counted() {
     let csv = PAIR.to_owned() + "0,0,-1,0,0,1\n0,0,1,0,0.6,-0.8\n";
     let words = ["2 of 3 pairs have a direction below the surface"];

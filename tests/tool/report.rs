@@ -54,6 +54,7 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
 
     let json: Value = serde_json::from_str(&files["report.json"]).unwrap();
     let report: Report = serde_json::from_str(&files["report.json"]).unwrap();
+    assert_eq!(json["schema"], "sateen-report/1");
     assert_eq!((report.pairs, report.seed, report.rounds), (512, 17, 1));
     let mut lines = files["report.csv"].lines();
     let columns: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -93,6 +94,18 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
             ("grazing_mean", &json["error"]["grazing"]["mean"]),
             ("grazing_p99", &json["error"]["grazing"]["p99"]),
             ("grazing_max", &json["error"]["grazing"]["max"]),
+            ("rim_pairs", &json["error"]["rim"]["pairs"]),
+            ("rim_mean", &json["error"]["rim"]["mean"]),
+            ("rim_p99", &json["error"]["rim"]["p99"]),
+            ("rim_max", &json["error"]["rim"]["max"]),
+            ("rim_both_pairs", &json["error"]["rim_both"]["pairs"]),
+            ("rim_both_mean", &json["error"]["rim_both"]["mean"]),
+            ("rim_both_p99", &json["error"]["rim_both"]["p99"]),
+            ("rim_both_max", &json["error"]["rim_both"]["max"]),
+            ("rim_last_pairs", &json["error"]["rim_last"]["pairs"]),
+            ("rim_last_mean", &json["error"]["rim_last"]["mean"]),
+            ("rim_last_p99", &json["error"]["rim_last"]["p99"]),
+            ("rim_last_max", &json["error"]["rim_last"]["max"]),
             ("rmse_over_mean", &json["error"]["rmse_over_mean"]),
             ("ns", &json["ns"]),
             ("speedup", &json["speedup"]),
@@ -126,7 +139,7 @@ fn a_report_is_complete_consistent_and_but_for_times_reproducible() {
                 "{column}"
             );
         }
-        assert_eq!(row.len(), 24, "every column is looked at");
+        assert_eq!(row.len(), 36, "every column is looked at");
         // Of a fit how much it reflects, which for the others is what the fabric does.
         let is_fit = json["family"] == "fit";
         let views = json["reflectance"]["views"].as_array();

@@ -72,6 +72,7 @@ fn a_stress_report_is_complete_consistent_and_reproducible() {
         assert!((csv - json).abs() <= 1e-14 * json, "{csv} {json}");
         assert_eq!(row["holds"], "true");
     }
+    assert_eq!(json["schema"], "sateen-stress/1");
     // The model's own faults are told apart from errors.
     let physics = &json["fabrics"][0]["physics"];
     assert!(physics["reciprocity"]["mean"].as_f64().unwrap() > 0.01);

@@ -120,9 +120,13 @@ fn take(frame: On<ReadbackComplete>, options: Res<Options>, mut exit: MessageWri
     }
 }
 
-/// What a screen shows of linear radiance: to the power 1/2.2, as sateen has it.
+/// What a screen shows of linear radiance: sRGB, as sateen has it.
 fn write(path: &Path, size: u32, pixels: &[[f32; 4]]) -> Result<(), png::EncodingError> {
-    let shown = |value: f32| (255.0 * value.max(0.0).powf(1.0 / 2.2)).round() as u8;
+    let srgb = |value: f32| match value {
+        ..=0.003_130_8 => 12.92 * value,
+        _ => 1.055 * value.powf(1.0 / 2.4) - 0.055,
+    };
+    let shown = |value: f32| (255.0 * srgb(value.max(0.0))).round() as u8;
     let bytes: Vec<u8> = pixels
         .iter()
         .flat_map(|[r, g, b, a]| [shown(*r), shown(*g), shown(*b), (255.0 * a) as u8])
@@ -130,6 +134,7 @@ fn write(path: &Path, size: u32, pixels: &[[f32; 4]]) -> Result<(), png::Encodin
     let mut encoder = png::Encoder::new(BufWriter::new(File::create(path)?), size, size);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&bytes)?;
     writer.finish()

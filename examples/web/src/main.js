@@ -295,10 +295,13 @@ function describe(viewer, cloth) {
   document.getElementById('albedos').replaceChildren(...rows);
 }
 
+const srgb = (x) => (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
+const linear = (x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+
 /** A colour and what it is multiplied by; as read, until one of them is touched. */
 function albedoRow(viewer, thread) {
   const scale = Math.max(...thread.albedo, 1e-6);
-  const hex = thread.albedo.map((x) => Math.round(255 * (x / scale) ** (1 / 2.2)).toString(16).padStart(2, '0'));
+  const hex = thread.albedo.map((x) => Math.round(255 * srgb(x / scale)).toString(16).padStart(2, '0'));
   const row = document.createElement('label');
   row.className = 'albedo';
   const name = document.createElement('span');
@@ -307,7 +310,7 @@ function albedoRow(viewer, thread) {
   const times = Object.assign(document.createElement('input'), { type: 'number', min: 0, max: 1000, step: 'any', value: Number(scale.toPrecision(3)) });
   times.ariaLabel = `what the colour of ${thread.name} is multiplied by`;
   const dye = () => {
-    const channels = [1, 3, 5].map((k) => (parseInt(colour.value.slice(k, k + 2), 16) / 255) ** 2.2);
+    const channels = [1, 3, 5].map((k) => linear(parseInt(colour.value.slice(k, k + 2), 16) / 255));
     viewer.cloth.dye(thread, channels.map((channel) => channel * (Number(times.value) || 0)));
     viewer.ask();
   };

@@ -86,6 +86,10 @@ vec3 radiance(mat3 frame, bool is_direct) {
   return SATEEN_PI * sum;
 }
 
+vec3 srgb(vec3 x) {
+  return mix(1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, 12.92 * x, lessThanEqual(x, vec3(0.0031308)));
+}
+
 void main() {
   vec3 n = normalize(gl_FrontFacing ? v_normal : -v_normal);
   float towards = dot(n, viewer);
@@ -103,7 +107,7 @@ void main() {
 #else
   vec3 value = radiance(frame, gl_FragCoord.x > divider);
 #endif
-  colour = vec4(pow(exposure * max(value, vec3(0.0)), vec3(1.0 / 2.2)), 1.0);
+  colour = vec4(srgb(exposure * max(value, vec3(0.0))), 1.0);
 }
 `;
 

@@ -22,14 +22,14 @@ use crate::Outcome;
 use crate::args::{Dye, Print, Workers, parse_error, parse_size};
 use crate::info::scope_text;
 use crate::output::{
-    Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, go_on, print, print_json,
-    say, sizes, use_workers,
+    Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, go_on, in_memory, print,
+    print_json, say, sizes, use_workers, ways,
 };
 use crate::record::load_needs;
 use crate::scene::load_scene;
 use crate::subject::{load_fabrics, load_table, provenance};
 
-/// Bake fabrics into tables and print the error of each.
+/// Bake fabrics into tables and print the size and the error of each.
 #[derive(clap::Args)]
 pub(crate) struct BakeArgs {
     /// Names from the library, or TOML files of fabrics; or of patterns, which are baked as the fabrics that they need.
@@ -84,6 +84,9 @@ pub(crate) struct BakeArgs {
     /// What the table is made for: one pair at a time, what is evaluated directly is dear beside a grid.
     #[arg(long = "for", value_enum, value_name = "USE", default_value_t = For::Batch)]
     made_for: For,
+    /// Print why each thread is evaluated as it is, and all that is known of the error.
+    #[arg(short, long, conflicts_with = "json")]
+    verbose: bool,
     #[command(flatten)]
     dye: Dye,
     #[command(flatten)]
@@ -142,7 +145,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             max_ns: args.max_ns,
         };
         let is_limited = budget != Budget::default();
-        bar.begin(&fabric.name);
+        bar.begin("baking", &fabric.name);
         let output = match target {
             Target::Open(output) => output,
             Target::Kept(kept) => {
@@ -180,8 +183,11 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             };
             // Its own reader has the last word: nothing is written that cannot be loaded.
             Table::from_bytes(&file).with_context(interrupted)?;
-            output.write(&file)?;
-            bar.suspend(|| doubt_energy(fabric, &provenance));
+            bar.suspend(|| {
+                output.write(&file)?;
+                doubt_energy(fabric, &provenance);
+                Ok::<(), anyhow::Error>(())
+            })?;
             file_bytes = Some(file.len());
         } else {
             outcome = Outcome::OutOfTolerance;
@@ -207,32 +213,38 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             let sizes = match file_bytes {
                 Some(file_bytes) => sizes(table.decoded_bytes(), file_bytes),
                 None => format!(
-                    "not written, nothing {}; the nearest: {} in memory",
+                    "not written, nothing {}; the nearest: {}",
                     if is_limited {
                         "keeps the limits".to_owned()
                     } else {
                         not_promised(&settings)
                     },
-                    bytes(table.decoded_bytes())
+                    in_memory(table.decoded_bytes())
                 ),
             };
             let ns = cost
                 .ns
                 .map_or(String::new(), |ns| format!(", {ns:.0} ns per pair"));
-            let text = format!(
-                "{}: {sizes}{ns}, {seconds:.1} s\n{}{}{}{}{}",
+            let all = &provenance.error.all;
+            let mut text = format!(
+                "{}: {sizes}, error {:.3} % on average and {:.2} % at the 99th percentile, {}{ns}, {seconds:.1} s\n{}{}",
                 path.display(),
-                scope_text(provenance.scope.as_ref()),
+                100.0 * all.mean,
+                100.0 * all.p99,
+                ways(&table),
                 scale_line(fabric),
                 adapted_line(provenance.adapted),
-                choice_lines(&provenance.choices),
-                error_lines(&provenance.error)
             );
+            if args.verbose {
+                text += &scope_text(provenance.scope.as_ref());
+                text += &choice_lines(&provenance.choices);
+                text += &error_lines(&provenance.error);
+            }
             bar.suspend(|| print(&text))?;
         }
     }
     if args.print.json {
-        print_json(&Value::from(results))?;
+        print_json("bake", json!({ "tables": results }))?;
     }
     Ok(outcome)
 }
@@ -288,7 +300,7 @@ fn jobs_of_fabrics(args: &BakeArgs) -> Result<Vec<Job>> {
 fn jobs_of_scene(path: &Path) -> Result<Vec<Job>> {
     let scene = load_scene(path)?;
     let mut bar = Bar::new(1);
-    bar.begin(&scene.name);
+    bar.begin("analysing", &scene.name);
     let report = |share: f64| bar.report(share);
     let mut needs = scene.needs(Progress::new(&report))?;
     drop(bar);

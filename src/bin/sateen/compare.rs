@@ -8,14 +8,15 @@ use sateen::render::{Picture, compare};
 
 use crate::Outcome;
 use crate::args::{Print, parse_share};
-use crate::output::{print, print_json, talk};
+use crate::guidance::Looks;
+use crate::output::{Usage, print, print_json, talk};
 use crate::picture::{comparison_json, comparison_text};
 use crate::subject::read;
 
 /// Tell how far a picture, such as an engine's screenshot, looks from one that is right.
 ///
-/// PNG or EXR files of the same size, camera and framing. A PNG shows radiance by the power 1/2.2, as those of `sateen render` do, without
-/// other tone mapping; of an EXR of several layers the first is read. What is transparent in both is left out; a picture that is opaque all
+/// PNG or EXR files of the same size, camera and framing. A PNG is sRGB, unless a gAMA chunk without an sRGB chunk says
+/// otherwise, without other tone mapping; of an EXR of several layers the first is read. What is transparent in both is left out; a picture that is opaque all
 /// over has a black background, or none.
 #[derive(clap::Args)]
 pub(crate) struct CompareArgs {
@@ -50,7 +51,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     }
     let comparison = compare(&a, &b, 0.0);
     if args.print.json {
-        print_json(&comparison_json(names, &comparison))?;
+        print_json("compare", comparison_json(names, &comparison))?;
     } else {
         print(&comparison_text(names, &comparison))?;
     }
@@ -66,6 +67,17 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
 
 /// Without a background that is transparent, what is black is the background: screenshots have no other.
 fn load(path: &Path) -> Result<Picture> {
+    let name = path.to_string_lossy();
+    match Looks::of(&name) {
+        None | Some(Looks::Picture) => {}
+        Some(looks) => {
+            let message = format!(
+                "{name} is {}, not a picture: `sateen render sphere FABRIC --compare A B -o FILE` renders and compares evaluators",
+                looks.name()
+            );
+            return Err(Usage(message).into());
+        }
+    }
     let bytes = read(path, MAX_IMAGE_BYTES as u64)?;
     let mut picture = Picture::from_bytes(&bytes)
         .map_err(Error::msg)

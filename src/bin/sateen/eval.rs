@@ -16,7 +16,7 @@ use sateen::progress::{Cancelled, Progress};
 use crate::Outcome;
 use crate::args::{Dye, Strict, Workers};
 use crate::cloth::WayArgs;
-use crate::output::{Bar, Output, Usage, go_on, print, say, use_workers};
+use crate::output::{Bar, Output, Usage, counted, go_on, print, say, use_workers};
 use crate::subject::{Subject, What};
 
 /// Evaluate pairs of directions.
@@ -60,8 +60,8 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     let input = read_pairs(&args.pairs, source.place_columns())?;
     if input.not_unit() > 0 {
         say(&format!(
-            "{} directions were not of unit length and have been normalized",
-            input.not_unit()
+            "normalized {} not of unit length",
+            counted(input.not_unit(), "direction")
         ));
     }
 
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &EvalArgs) -> Result<Outcome> {
     }
     writer.write_record(&header)?;
     let mut bar = Bar::new(1);
-    bar.begin(&args.subject);
+    bar.begin("evaluating", &args.subject);
     let report = |share: f64| bar.report(share);
     let progress = Progress::new(&report);
     let evaluated = progress.part(0.0, 0.9).steps(input.directions().len());

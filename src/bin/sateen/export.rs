@@ -12,7 +12,9 @@ use serde_json::json;
 
 use crate::Outcome;
 use crate::args::{Draw, LEAST_SIZE, Print, Workers, parse_size_within};
-use crate::output::{Bar, Output, Usage, bytes, print, print_json, use_workers};
+use crate::output::{
+    Bar, Output, Usage, bytes, counted, in_memory, print, print_json, use_workers,
+};
 use crate::subject::{load_table, provenance};
 
 /// Write a table as a texture and parameters for shaders.
@@ -72,7 +74,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
     Output::prepare(&args.output)?.is_none_of([&*args.table])?;
 
     let mut bar = Bar::new(1);
-    bar.begin(&fabric.name);
+    bar.begin("measuring", &fabric.name);
     let settings = Settings {
         max_bytes: args.max_bytes,
         ..Settings::default()
@@ -100,7 +102,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
     let paths = write(&args.output, &files)?;
     if args.print.json {
         let written = paths.iter().zip(&files);
-        print_json(&json!({
+        let json = json!({
             "format": format.name(),
             "pixels": format.pixels().name(),
             "size": export.size(),
@@ -109,7 +111,8 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome> {
                 .map(|(path, file)| json!({ "path": path, "bytes": file.bytes.len() }))
                 .collect::<Vec<_>>(),
             "error": cost,
-        }))?;
+        });
+        print_json("export", json)?;
     } else {
         print(&text(&args.output, &export, format, &files, &cost))?;
     }
@@ -132,27 +135,30 @@ fn text(path: &Path, export: &Export<'_>, format: Format, files: &[File], cost: 
     let [width, height, depth] = export.size();
     let file_bytes = files.iter().map(|file| file.bytes.len()).sum();
     let mut text = format!(
-        "{}: {width} × {height} × {depth} texels of {}, {} in memory, {} in {}, {} parameters\n",
+        "{}: {width} × {height} × {depth} texels of {}, {}, {} in {}, {}\n",
         path.display(),
         format.pixels().name(),
-        bytes(export.texels().len()),
+        in_memory(export.texels().len()),
         bytes(file_bytes),
         if files.len() == 1 {
             "the file"
         } else {
             "the files"
         },
-        export.parameters().len(),
+        counted(export.parameters().len(), "parameter"),
     );
-    text += "  relative error       mean        p99  grazing p99\n";
+    text += "  relative error       mean        p99  grazing p99      rim p99\n";
     for (name, errors) in [("table", &cost.table), ("exported", &cost.exported)] {
-        let PairErrors { all, grazing, .. } = errors;
+        let PairErrors {
+            all, grazing, rim, ..
+        } = errors;
         let percent = |x: f64| format!("{:.3} %", 100.0 * x);
         text += &format!(
-            "    {name:<12} {:>10} {:>10} {:>12}\n",
+            "    {name:<12} {:>10} {:>10} {:>12} {:>12}\n",
             percent(all.mean),
             percent(all.p99),
-            percent(grazing.p99)
+            percent(grazing.p99),
+            percent(rim.p99)
         );
     }
     text + &format!(

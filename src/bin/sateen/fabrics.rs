@@ -18,7 +18,8 @@ pub(crate) struct FabricsArgs {
 pub(crate) fn run(args: &FabricsArgs) -> Result<Outcome> {
     let fabrics: Vec<Fabric> = LIBRARY.iter().map(LibraryEntry::load).collect();
     if args.print.json {
-        print_json(&fabrics.iter().map(fabric_json).collect())?;
+        let fabrics: Value = fabrics.iter().map(fabric_json).collect();
+        print_json("fabrics", json!({ "fabrics": fabrics }))?;
         return Ok(Outcome::Done);
     }
     let widest = |of: fn(&Fabric) -> &str| {

@@ -7,10 +7,11 @@ use sateen::fabric::Models;
 use sateen::fit::fit;
 use sateen::model::ModelKind;
 use sateen::progress::Progress;
+use serde_json::json;
 
 use crate::Outcome;
 use crate::args::{Dye, Workers};
-use crate::output::{Bar, Output, print, say, use_workers};
+use crate::output::{Bar, Output, print, print_json, say, use_workers};
 use crate::subject::load_fabric;
 
 /// Fit another model to a fabric.
@@ -31,6 +32,9 @@ pub(crate) struct FitArgs {
     dye: Dye,
     #[command(flatten)]
     workers: Workers,
+    /// Print the parameters and their error as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
@@ -39,7 +43,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
 
     let mut bar = Bar::new(1);
-    bar.begin(&fabric.name);
+    bar.begin(&format!("fitting {} to", args.model.name()), &fabric.name);
     let share = |share: f64| bar.report(share);
     let fit = fit(&fabric, args.model, Progress::new(&share))?;
     drop(bar);
@@ -50,12 +54,21 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
         100.0 * fit.error.all.mean,
         100.0 * fit.error.all.p99
     ));
-    match output {
-        Some(output) => {
-            take(args.model, &mut fabric.models, fit.models);
-            output.write(fabric.to_toml().as_bytes())?;
-        }
-        None => print(fit.models.to_toml().trim_start())?,
+    if args.json {
+        let parameters: toml::Table = toml::from_str(&fit.models.to_toml())?;
+        let json = json!({
+            "fabric": fabric.name,
+            "model": args.model.name(),
+            "parameters": parameters,
+            "error": fit.error,
+        });
+        print_json("fit", json)?;
+    } else if output.is_none() {
+        print(fit.models.to_toml().trim_start())?;
+    }
+    if let Some(output) = output {
+        take(args.model, &mut fabric.models, fit.models);
+        output.write(fabric.to_toml().as_bytes())?;
     }
     Ok(Outcome::Done)
 }

@@ -13,7 +13,7 @@ use serde_json::{Map, Value, json};
 
 use crate::Outcome;
 use crate::args::Print;
-use crate::output::{adapted_line, bytes, error_lines, print, print_json, sizes};
+use crate::output::{adapted_line, bytes, counted, error_lines, print, print_json, sizes};
 use crate::subject::{load_table, provenance};
 
 /// Say what a table is and what made it.
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<Outcome> {
     if args.toml {
         print(&provenance.fabric.toml)?;
     } else if args.print.json {
-        print_json(&info_json(&table, &provenance, &fabric, file_bytes))?;
+        print_json("info", info_json(&table, &provenance, &fabric, file_bytes))?;
     } else {
         print(&info_text(&table, &provenance, &fabric, file_bytes))?;
     }
@@ -156,7 +156,9 @@ fn thread_text(thread: &ThreadTable) -> String {
     if let Some(nodes) = thread.direct_nodes() {
         let segments = thread.tangents().segments().len();
         parts.push(format!(
-            "{segments} segments evaluated at {nodes} tilts each"
+            "{} evaluated at {} each",
+            counted(segments, "segment"),
+            counted(nodes, "placed tilt")
         ));
     }
     format!("  {:<10} {}\n", thread.name(), parts.join(", "))

@@ -11,8 +11,8 @@ mod export;
 mod fabrics;
 mod fit;
 mod forecast;
+mod guidance;
 mod info;
-
 mod output;
 mod picture;
 mod record;
@@ -70,7 +70,16 @@ enum Outcome {
 }
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(error) => match guidance::of(&error) {
+            Some(message) => {
+                output::talk(&format!("error: {message}"));
+                return ExitCode::from(2);
+            }
+            None => error.exit(),
+        },
+    };
     output::be_quiet(args.quiet);
     output::stop_on_interrupt();
     let result = output::check_environment().and_then(|()| run(args.verb));

@@ -13,6 +13,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sateen::bake::{Adapted, Choice};
 use sateen::metrics::{ErrorReport, Quantiles};
 use sateen::progress::Cancelled;
+use sateen::table::Table;
 
 use crate::args::{MAX_JOBS, Workers};
 
@@ -117,8 +118,9 @@ pub(crate) fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Prints a value as JSON.
-pub(crate) fn print_json(value: &serde_json::Value) -> Result<()> {
+/// Prints an object as JSON, with the name and version of what its keys mean: docs/json.md.
+pub(crate) fn print_json(what: &str, mut value: serde_json::Value) -> Result<()> {
+    value["schema"] = sateen::report::schema(what).into();
     print(&format!("{value:#}\n"))
 }
 
@@ -129,6 +131,8 @@ pub(crate) struct Output {
     target: PathBuf,
     /// Devices and pipes are written to, not replaced.
     is_special: bool,
+    /// Whether there was a file.
+    replaces: bool,
 }
 
 impl Output {
@@ -157,6 +161,7 @@ impl Output {
             path: path.to_owned(),
             target,
             is_special,
+            replaces: found.as_ref().is_ok_and(fs::Metadata::is_file),
         };
         if found.is_ok_and(|found| found.is_dir()) {
             anyhow::bail!(
@@ -192,8 +197,25 @@ impl Output {
         }
     }
 
-    /// Writes the whole file.
+    /// Whether there was a file.
+    pub(crate) fn replaces(&self) -> bool {
+        self.replaces
+    }
+
+    /// Writes the whole file, and says so if it replaced another.
     pub(crate) fn write(&self, bytes: &[u8]) -> Result<()> {
+        self.write_silently(bytes)?;
+        if self.replaces {
+            say(&format!(
+                "{} was there, and is replaced",
+                self.path.display()
+            ));
+        }
+        Ok(())
+    }
+
+    /// Writes the whole file.
+    pub(crate) fn write_silently(&self, bytes: &[u8]) -> Result<()> {
         let cannot = || format!("cannot write {}", self.path.display());
         if self.is_special {
             return File::options()
@@ -287,15 +309,15 @@ impl Bar {
             bar.enable_steady_tick(Duration::from_millis(250));
         }
         let style = ProgressStyle::with_template(
-            "{msg:32!} {wide_bar} {percent:>3} %  {elapsed} gone, {eta} left",
+            "{msg:40!} {wide_bar} {percent:>3} %  {elapsed} gone, {eta} left",
         );
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         Self { bar, piece: 0 }
     }
 
-    /// Begins the next piece.
-    pub(crate) fn begin(&mut self, name: &str) {
-        self.bar.set_message(name.to_owned());
+    /// Begins the next piece: what is done, and to what.
+    pub(crate) fn begin(&mut self, what: &str, of: &str) {
+        self.bar.set_message(format!("{what} {of}"));
         self.bar.set_position(self.piece as u64 * STEPS_PER_PIECE);
         self.piece += 1;
     }
@@ -372,9 +394,58 @@ pub(crate) fn bytes(count: usize) -> String {
     }
 }
 
+/// What a table takes in memory, for people.
+pub(crate) fn in_memory(decoded: usize) -> String {
+    match decoded {
+        0 => "no samples".to_owned(),
+        _ => format!("{} in memory", bytes(decoded)),
+    }
+}
+
 /// What a table takes, for people.
 pub(crate) fn sizes(decoded: usize, file: usize) -> String {
-    format!("{} in memory, {} in the file", bytes(decoded), bytes(file))
+    format!("{}, {} in the file", in_memory(decoded), bytes(file))
+}
+
+/// `1 light`, `2 lights`.
+pub(crate) fn counted(count: usize, what: &str) -> String {
+    match count {
+        1 => format!("1 {what}"),
+        _ if what.ends_with("ch") => format!("{count} {what}es"),
+        _ => format!("{count} {what}s"),
+    }
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(words: &[&str]) -> String {
+    match words {
+        [] => String::new(),
+        [word] => (*word).to_owned(),
+        [before @ .., last] => format!("{} and {last}", before.join(", ")),
+    }
+}
+
+/// How a table evaluates its threads, for people: `warp and weft by grids`.
+pub(crate) fn ways(table: &Table) -> String {
+    let mut ways: Vec<(String, Vec<&str>)> = Vec::new();
+    for thread in table.threads() {
+        let way = match (thread.grid(), thread.direct_nodes()) {
+            (Some(_), _) => "by grid".to_owned(),
+            (None, Some(tilts)) => {
+                format!("by {} per segment", counted(tilts, "placed tilt"))
+            }
+            (None, None) => "in closed form".to_owned(),
+        };
+        match ways.iter_mut().find(|(other, _)| *other == way) {
+            Some((_, threads)) => threads.push(thread.name()),
+            None => ways.push((way, vec![thread.name()])),
+        }
+    }
+    let ways = ways.iter();
+    let ways: Vec<String> = ways
+        .map(|(way, threads)| format!("{} {way}", listed(threads)))
+        .collect();
+    ways.join(", ")
 }
 
 /// What a table needed to keep its preset's promise, for people.
@@ -398,8 +469,8 @@ pub(crate) fn choice_lines(choices: &[Choice]) -> String {
             format!(" ({} expected)", percent(error))
         });
         let direct = format!(
-            "{} tilts per segment ({} expected) at {:.1} times a grid's time",
-            choice.direct_nodes,
+            "{} per segment ({} expected) at {:.1} times a grid's time",
+            counted(choice.direct_nodes, "placed tilt"),
             percent(choice.direct_error),
             choice.direct_cost
         );
@@ -443,14 +514,20 @@ pub(crate) fn error_lines(error: &ErrorReport) -> String {
             p999,
             max,
         },
-    ) in [("all", &error.all), ("grazing", &error.grazing)]
+    ) in error.sets()
     {
+        if *pairs == 0 {
+            continue;
+        }
         let values = [mean, p50, p95, p99, p999, max]
             .map(|x| format!("{:>10}", percent(*x)))
             .join(" ");
         lines += &format!("    {name:<12} {values} {pairs:>8}\n");
     }
     lines += &format!("  RMSE / mean      {:>8}\n", percent(error.rmse_over_mean));
+    if error.bias.is_empty() {
+        return lines;
+    }
     lines += "  directional reflectance (bias)";
     for bias in &error.bias {
         let sign = if bias.bias < 0.0 { '−' } else { '+' };

@@ -6,11 +6,12 @@ use anyhow::{Result, bail};
 use clap::value_parser;
 use sateen::evaluator::{Cloth, Missing};
 use sateen::model::Rule;
+use sateen::pattern::Transfer;
 use sateen::render::Comparison;
 use serde_json::{Value, json};
 
 use crate::args::{Strict, parse_within};
-use crate::output::Usage;
+use crate::output::{Usage, counted, say};
 
 /// How fabrics are evaluated unless told otherwise: no error can be seen, and a picture takes seconds.
 pub(crate) const RULE: Rule = Rule::Quadrature(8);
@@ -27,10 +28,31 @@ pub(crate) struct SizeArgs {
     /// Stops by which a PNG is brighter.
     #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = parse_stops, allow_negative_numbers = true)]
     pub(crate) exposure: f64,
+    /// The curve of a PNG: srgb, or 2.2 for the power 1/2.2 as the thesis has it.
+    #[arg(long, value_name = "CURVE", default_value = "srgb", value_parser = parse_transfer)]
+    pub(crate) transfer: Transfer,
+}
+
+fn parse_transfer(text: &str) -> Result<Transfer, String> {
+    match text {
+        "srgb" => Ok(Transfer::Srgb),
+        "2.2" => Ok(Transfer::Power(2.2)),
+        _ => Err("it is srgb or 2.2".to_owned()),
+    }
 }
 
 fn parse_stops(text: &str) -> Result<f64, String> {
     parse_within(text, -64.0..=64.0, "stops")
+}
+
+/// Says that highlights are cut off, if they are.
+pub(crate) fn say_clipped(clipped: usize, of: usize) {
+    if clipped > 0 {
+        say(&format!(
+            "{} of {of} brighter than white, and clipped; lower --exposure, or write an EXR",
+            counted(clipped, "pixel")
+        ));
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]

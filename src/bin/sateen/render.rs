@@ -18,16 +18,17 @@ use serde_json::json;
 use crate::Outcome;
 use crate::args::{Dye, Workers, parse_within};
 use crate::cloth::{WayArgs, dyed_table, not_for_patterns};
-use crate::output::{Bar, Output, Usage, go_on, print, print_json, say, use_workers};
-use crate::picture::{Format, MissingArgs, RULE, SizeArgs, comparison_json, comparison_text};
+use crate::output::{Bar, Output, Usage, counted, go_on, print, print_json, say, use_workers};
+use crate::picture::{
+    Format, MissingArgs, RULE, SizeArgs, comparison_json, comparison_text, say_clipped,
+};
 use crate::stage::{self, StageArgs};
 use crate::subject::{Subject, What};
 
 /// Take pictures of cloth on cylinders, on a sphere, as a curtain, or on a mesh.
 ///
-/// Lights have irradiance π, so that white cloth which scatters evenly and faces one has radiance 1. A PNG shows radiance to the
-/// power 1/2.2 at the --exposure, a transparent background, and what made it as text; an EXR has linear radiance without
-/// --exposure.
+/// Lights have irradiance π, so that white cloth which scatters evenly and faces one has radiance 1. A PNG shows radiance as
+/// sRGB at the --exposure, a transparent background, and what made it as text; an EXR has linear radiance without --exposure.
 #[derive(clap::Args)]
 pub(crate) struct RenderArgs {
     #[command(subcommand)]
@@ -223,7 +224,7 @@ fn picture(of: &SceneArg) -> Result<Outcome> {
     let mut pictures: Vec<Picture> = Vec::new();
     let mut drawn = None;
     for look in &looks {
-        bar.begin(&look.name);
+        bar.begin("rendering", &look.name);
         let share = |share: f64| bar.report(share);
         let progress = Progress::new(&share);
         pictures.push(render(
@@ -258,7 +259,8 @@ fn picture(of: &SceneArg) -> Result<Outcome> {
     output.write(&bytes)?;
     if misses > 0 {
         say(&format!(
-            "{misses} pairs were not baked, and have the nearest value; --show-missing shows where"
+            "{} not baked, the nearest value taken; --show-missing shows where",
+            counted(misses, "pair")
         ));
     }
     if let (Some((csv, svg)), Some(drawn)) = (curve_files, drawn) {
@@ -426,15 +428,32 @@ struct File<'a> {
 impl File<'_> {
     /// The picture, or from left to right A, B, their difference and FLIP.
     fn png(&self) -> Result<Vec<u8>> {
-        let stops = self.args.view.exposure;
-        let shown = self.pictures.iter().map(|of| Display::of(of, stops));
+        let (stops, transfer) = (self.args.view.exposure, self.args.view.transfer);
+        let shown = self
+            .pictures
+            .iter()
+            .map(|of| Display::of(of, stops, transfer));
         let mut parts: Vec<Display> = shown.collect();
+        let clipped = parts.iter().map(|part| part.clipped).sum();
+        say_clipped(clipped, parts.iter().map(|part| part.pixels.len()).sum());
         let mut notes = self.notes.clone();
         let names: Vec<&str> = self.looks.iter().map(|look| look.name.as_str()).collect();
         notes.push(("evaluator", names.join(", ")));
         notes.push(("exposure", stops.to_string()));
         if let Some(comparison) = self.comparison {
-            parts.extend(comparison.panels());
+            parts.extend(comparison.panels(transfer));
+            let captions = [
+                format!("A: {}", names[0]),
+                format!("B: {}", names[1]),
+                format!("|A - B| × {}", comparison.factor),
+                format!("FLIP {:.4}", comparison.flip_mean),
+            ];
+            let bar = Comparison::colours();
+            let bars = [&[][..], &[], &[], &bar];
+            let captioned = parts.iter().zip(&captions).zip(bars);
+            parts = captioned
+                .map(|((part, caption), bar)| part.captioned(caption, bar))
+                .collect();
             notes.push(("panels", "A, B, |A - B| times factor, FLIP".to_owned()));
             notes.extend(numbers(comparison));
         }
@@ -492,7 +511,7 @@ fn tell(comparison: &Comparison, looks: &[Look], args: &PictureArgs) -> Result<(
     if args.json {
         let mut json = comparison_json(names, comparison);
         json["factor"] = json!(factor);
-        return print_json(&json);
+        return print_json("compare", json);
     }
     print(&comparison_text(names, comparison))?;
     if factor > 1.0 {

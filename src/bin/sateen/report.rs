@@ -67,7 +67,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<Outcome> {
 
     let mut bar = Bar::new(fabrics.len());
     for fabric in &fabrics {
-        bar.begin(&fabric.name);
+        bar.begin("measuring", &fabric.name);
         let share = |share: f64| bar.report(share);
         let done = measure(fabric, &options, Progress::new(&share))
             .with_context(|| format!("{} is not in the report", fabric.name))?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use sateen::bake::{Forecast, GridForecast, Preset, Projection, Scope, forecast};
+use sateen::bake::{Budget, Forecast, GridForecast, Preset, Projection, Scope, forecast};
 use sateen::chart::Coordinates;
 use sateen::fabric::LIBRARY;
 use sateen::needs::Needs;
@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::args::{Print, Workers};
 use crate::forecast::forecast_svg;
-use crate::output::{Bar, Output, bytes, print, print_json, use_workers};
+use crate::output::{Bar, Output, bytes, counted, print, print_json, use_workers};
 
 /// Say what a scene needs of its fabrics, and what a bake for it leaves out.
 #[derive(clap::Args)]
@@ -54,16 +54,26 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     let settings = args.preset.settings();
 
     let mut bar = Bar::new(fabrics.len() + 1);
+    bar.begin("analysing", &scene.name);
     let report = |share: f64| bar.report(share);
     let start = Instant::now();
     let analysis = scene.analyse(Progress::new(&report))?;
     let seconds = start.elapsed().as_secs_f64();
     let mut found = Vec::new();
     for (name, used) in &fabrics {
-        bar.begin(name);
+        bar.begin("forecasting", name);
         let needs = &analysis.needs[name];
         let report = |share: f64| bar.report(share);
         let scope = scope_of(used, needs);
+        // As a bake of the scene has it.
+        let budget = Budget {
+            max_error: used.max_error,
+            ..Budget::default()
+        };
+        let settings = match used.max_error {
+            Some(_) => budget.settings(&settings),
+            None => settings.clone(),
+        };
         let forecast = (!needs.is_empty())
             .then(|| forecast(&used.fabric, &settings, &scope, Progress::new(&report)))
             .transpose()?;
@@ -79,7 +89,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
     }
     drop(bar);
     if args.print.json {
-        print_json(&to_json(&scene, &analysis, seconds, &found))?;
+        print_json("scene", to_json(&scene, &analysis, seconds, &found))?;
     } else {
         print(&to_text(&scene, &analysis, seconds, &found))?;
     }
@@ -89,7 +99,8 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
 type Found<'a> = (&'a FabricUse, &'a Needs, Option<Forecast>);
 
 pub(crate) fn load_scene(path: &Path) -> Result<Scene> {
-    Scene::load(path).with_context(|| format!("cannot read the scene {}", path.display()))
+    // Which file, its errors say themselves.
+    Scene::load(path).context("cannot read the scene")
 }
 
 /// What a scene asks of a fabric.
@@ -112,13 +123,13 @@ fn to_text(scene: &Scene, analysis: &Analysis, seconds: f64, found: &[Found<'_>]
     let mut text = format!("{}: {}\n", scene.name, scene.title);
     for object in &analysis.objects {
         text += &format!(
-            "  {:<12} {} triangles in {} patches, {} placements, {} lights and {} cameras: {:.1} % of all pairs of {}\n",
+            "  {:<12} {} in {}, {}, {} and {}: {:.1} % of all pairs of {}\n",
             object.name,
-            object.triangles,
-            object.patches,
-            object.placements,
-            object.lights,
-            object.cameras,
+            counted(object.triangles, "triangle"),
+            counted(object.patches, "patch"),
+            counted(object.placements, "placement"),
+            counted(object.lights, "light"),
+            counted(object.cameras, "camera"),
             100.0 * object.share,
             object.fabrics.join(", "),
         );
@@ -128,8 +139,8 @@ fn to_text(scene: &Scene, analysis: &Analysis, seconds: f64, found: &[Found<'_>]
         text += &format!("  left out: the material {material}, which is no fabric\n");
     }
     text += &format!(
-        "  left out: {} fabrics of the library, which are on no mesh\n",
-        unused(&scene.fabrics())
+        "  left out: {} of the library, on no mesh\n",
+        counted(unused(&scene.fabrics()), "fabric")
     );
     for (used, needs, forecast) in found {
         let name = &used.fabric.name;
@@ -165,8 +176,12 @@ fn forecast_text(forecast: &Forecast) -> String {
     for thread in &forecast.threads {
         match &thread.grid {
             None => {
+                let how = match thread.direct_nodes {
+                    Some(tilts) => format!("{} per segment", counted(tilts, "placed tilt")),
+                    None => "closed form".to_owned(),
+                };
                 text += &format!(
-                    "  {:<10} evaluated directly: there is nothing to leave out\n",
+                    "  {:<10} {how}: there is nothing to leave out\n",
                     thread.thread
                 );
             }
@@ -307,7 +322,7 @@ fn to_json(scene: &Scene, analysis: &Analysis, seconds: f64, found: &[Found<'_>]
     let fabric = |(used, needs, forecast): &Found<'_>| {
         let threads = forecast.as_ref().map(|forecast| {
             let thread = |thread: &sateen::bake::ThreadForecast| {
-                json!({ "thread": thread.thread, "grid": thread.grid.as_ref().map(grid) })
+                json!({ "thread": thread.thread, "direct_nodes": thread.direct_nodes, "grid": thread.grid.as_ref().map(grid) })
             };
             forecast.threads.iter().map(thread).collect::<Value>()
         });

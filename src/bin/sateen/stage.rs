@@ -17,8 +17,8 @@ use serde_json::json;
 use crate::Outcome;
 use crate::args::{Print, Workers};
 use crate::cloth::table_in;
-use crate::output::{Bar, Output, print, print_json, use_workers};
-use crate::picture::{Format, MissingArgs, RULE, SizeArgs};
+use crate::output::{Bar, Output, counted, print, print_json, use_workers};
+use crate::picture::{Format, MissingArgs, RULE, SizeArgs, say_clipped};
 use crate::scene::load_scene;
 
 /// How a picture of a scene is taken.
@@ -78,7 +78,10 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
     let (mut pixels, mut different, mut last) = (0, 0, None);
     let mut recorded: BTreeMap<String, Needs> = BTreeMap::new();
     for (index, pose) in poses.iter().enumerate() {
-        bar.begin(&format!("{} {}", scene.name, index + 1));
+        bar.begin(
+            "taking",
+            &format!("picture {} of {}", index + 1, scene.name),
+        );
         let report = |share: f64| bar.report(share);
         let progress = Progress::new(&report);
         let take = |cloths: &BTreeMap<String, Cloth>, progress: Progress<'_>| {
@@ -118,24 +121,26 @@ pub(crate) fn run(args: &StageArgs) -> Result<Outcome> {
     let misses_of = |cloths: &BTreeMap<String, Cloth>| cloths.values().map(Cloth::misses).sum();
     let of_other: Option<usize> = other.as_ref().map(misses_of);
     if args.print.json {
-        print_json(&json!({
+        let json = json!({
             "scene": scene.name,
             "pictures": poses.len(),
             "pixels_compared": pixels,
             "pixels_different": different,
             "misses": misses,
             "misses_of_other": of_other,
-        }))?;
+        });
+        print_json("render-scene", json)?;
     } else if let Some(of_other) = of_other {
         print(&format!(
-            "{}: {different} of {pixels} pixels of {} pictures differ; {misses} and {of_other} pairs were not baked\n",
+            "{}: {different} of {pixels} pixels of {} differ; {misses} and {of_other} pairs were not baked\n",
             scene.name,
-            poses.len()
+            counted(poses.len(), "picture")
         ))?;
     } else if misses > 0 {
         print(&format!(
-            "{}: {misses} pairs were not baked, and have the nearest value\n",
-            scene.name
+            "{}: {} not baked, the nearest value taken\n",
+            scene.name,
+            counted(misses, "pair")
         ))?;
     }
     Ok(if different > 0 {
@@ -153,7 +158,8 @@ fn encode(picture: &Picture, format: Format, scene: &Scene, args: &StageArgs) ->
     match format {
         Format::Png => {
             let notes = [notes, vec![("exposure", args.view.exposure.to_string())]].concat();
-            let display = Display::of(picture, args.view.exposure);
+            let display = Display::of(picture, args.view.exposure, args.view.transfer);
+            say_clipped(display.clipped, display.pixels.len());
             display.to_png(&notes).context("cannot encode the PNG")
         }
         Format::Exr => {

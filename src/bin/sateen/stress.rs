@@ -10,8 +10,8 @@ use sateen::progress::Progress;
 use sateen::stress::{Options, StressReport, stress};
 
 use crate::Outcome;
-use crate::args::{Draw, Dye, Workers};
-use crate::output::{Bar, print, say, use_workers};
+use crate::args::{Draw, Dye, Print, Workers};
+use crate::output::{Bar, print, print_json, say, use_workers};
 use crate::subject::{load_fabric, report_folder, write_files};
 
 /// What is tried unless told otherwise: narrow lobes, wide ones on two threads, and upright threads.
@@ -48,6 +48,8 @@ pub(crate) struct StressArgs {
     draw: Draw,
     #[command(flatten)]
     workers: Workers,
+    #[command(flatten)]
+    print: Print,
 }
 
 pub(crate) fn run(args: &StressArgs) -> Result<Outcome> {
@@ -65,7 +67,7 @@ pub(crate) fn run(args: &StressArgs) -> Result<Outcome> {
 
     let mut bar = Bar::new(fabrics.len());
     for fabric in &fabrics {
-        bar.begin(&fabric.name);
+        bar.begin("trying", &fabric.name);
         let share = |share: f64| bar.report(share);
         let done = stress(fabric, &options, Progress::new(&share))
             .with_context(|| format!("{} is not in the report", fabric.name))?;
@@ -73,9 +75,14 @@ pub(crate) fn run(args: &StressArgs) -> Result<Outcome> {
         report.fabrics.push(done);
         // What is done stays, whatever becomes of the rest.
         write_files(folder, report.files())?;
-        bar.suspend(|| print(&summary))?;
+        if !args.print.json {
+            bar.suspend(|| print(&summary))?;
+        }
     }
     drop(bar);
+    if args.print.json {
+        print_json("stress", serde_json::to_value(&report)?)?;
+    }
     say(&format!(
         "every case is in {}",
         folder.join("stress.csv").display()

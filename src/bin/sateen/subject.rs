@@ -10,8 +10,9 @@ use sateen::bake::Provenance;
 use sateen::fabric::{Fabric, MAX_TOML_BYTES, nearest_name};
 use sateen::pattern::{MAX_IMAGE_BYTES, Pattern};
 use sateen::table::{MAX_DECODED_BYTES, Table};
-use sateen::text::{read_capped, read_ordinary};
+use sateen::text::{Kind, cut, read_capped, read_ordinary};
 
+use crate::guidance::PLACES;
 use crate::output::{Output, Usage, say};
 
 /// No table takes more: its samples, and as much again for the case that they do not compress. A mistyped path to a film is not
@@ -77,27 +78,23 @@ impl What {
             let table = Table::from_bytes(&bytes)
                 .with_context(|| format!("cannot read the table {argument}"))?;
             Ok(Self::Table(Box::new(table)))
-        } else if has_key(&bytes, &["camera", "light", "object"]) {
-            let message = format!(
-                "{argument} is a scene: `sateen bake --scene {argument}` bakes what it needs, `sateen render scene {argument}` takes its \
-                 picture"
-            );
-            Err(Usage(message).into())
-        } else if has_key(&bytes, &["material"]) {
-            parse_pattern(&bytes, argument, variant).map(|pattern| Self::Pattern(Arc::new(pattern)))
         } else {
-            parse_fabric(&bytes, argument, variant).map(Self::Fabric)
+            match Kind::of(&bytes) {
+                Kind::Fabric => parse_fabric(&bytes, argument, variant).map(Self::Fabric),
+                Kind::Pattern => {
+                    let pattern = parse_pattern(&bytes, argument, variant)?;
+                    Ok(Self::Pattern(Arc::new(pattern)))
+                }
+                Kind::Scene => {
+                    let message = format!(
+                        "{argument} is a scene: `sateen bake --scene {argument}` bakes what it needs, `sateen render scene {argument}` takes \
+                         its picture"
+                    );
+                    Err(Usage(message).into())
+                }
+            }
         }
     }
-}
-
-/// Whether this is TOML with one of the keys. A fabric has threads, a pattern has materials.
-fn has_key(bytes: &[u8], keys: &[&str]) -> bool {
-    let text = bytes.get(..MAX_TOML_BYTES).unwrap_or(bytes);
-    std::str::from_utf8(text)
-        .ok()
-        .and_then(|text| toml::from_str::<toml::Table>(text).ok())
-        .is_some_and(|table| keys.iter().any(|key| table.contains_key(*key)))
 }
 
 /// Fabrics and images that the pattern names are looked for beside it.
@@ -138,12 +135,21 @@ pub(crate) fn load_fabric(argument: &str, variant: Option<&str>) -> Result<Fabri
     let looks_like_path =
         argument.ends_with(".toml") || argument.contains(['/', '\\']) || path.exists();
     if !looks_like_path {
+        if PLACES.contains(&argument) {
+            let message = format!(
+                "{argument} is what cloth lies on, not a fabric: `sateen render {argument} {}FABRIC -o FILE`",
+                if argument == "mesh" { "MESH " } else { "" }
+            );
+            return Err(Usage(message).into());
+        }
         match nearest_name(argument) {
             Some(name) => bail!(
-                "no fabric is called \"{argument}\"; did you mean {name}? `sateen fabrics` lists them all"
+                "no fabric is called \"{}\"; did you mean {name}? `sateen fabrics` lists them all",
+                cut(argument)
             ),
             None => bail!(
-                "no fabric is called \"{argument}\"; `sateen fabrics` lists them, and own ones are .toml files"
+                "no fabric is called \"{}\"; `sateen fabrics` lists them, and own ones are .toml files",
+                cut(argument)
             ),
         }
     }
@@ -233,14 +239,16 @@ pub(crate) fn report_folder<'a>(
         return Err(Usage(message).into());
     }
     // Before the work, to find out.
-    Output::prepare(&folder.join(file))?;
+    if Output::prepare(&folder.join(file))?.replaces() {
+        say(&format!("the report in {} is replaced", folder.display()));
+    }
     Ok(folder)
 }
 
 /// Writes the files of a report.
 pub(crate) fn write_files(folder: &Path, files: Vec<(String, String)>) -> Result<()> {
     for (name, text) in files {
-        Output::prepare(&folder.join(name))?.write(text.as_bytes())?;
+        Output::prepare(&folder.join(name))?.write_silently(text.as_bytes())?;
     }
     Ok(())
 }

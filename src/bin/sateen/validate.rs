@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::value_parser;
 use sateen::metrics::{DEFAULT_PAIRS, Physics, measure_table};
 use sateen::progress::Progress;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::Outcome;
 use crate::args::{Draw, Print, Workers, parse_error};
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     let mut results = Vec::new();
     let mut exceeded = Vec::new();
     for (path, table, file_bytes, fabric) in &tables {
-        bar.begin(&fabric.name);
+        bar.begin("measuring", &fabric.name);
         let report = |share: f64| bar.report(share);
         let error = measure_table(
             fabric,
@@ -89,7 +89,7 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     }
     drop(bar);
     if args.print.json {
-        print_json(&Value::from(results))?;
+        print_json("validate", json!({ "tables": results }))?;
     }
     for message in &exceeded {
         talk(message);

@@ -1,10 +1,10 @@
 //! The bytes of a glTF file: its JSON, and buffers that are in it or beside it.
 
 use std::io;
-use std::path::Path;
+use std::path::{Component, Path};
 
 use super::json::Root;
-use crate::text::read_ordinary;
+use crate::text::{cut, read_ordinary};
 
 /// The most bytes of a file with all its buffers.
 const MAX_BYTES: usize = super::super::MAX_MESH_BYTES as usize;
@@ -73,17 +73,16 @@ fn resolve(uri: &str, folder: &Path, most: usize) -> Result<Vec<u8>, String> {
         let data = data.split_once(";base64,").map_or(data, |(_, data)| data);
         return from_base64(data).ok_or_else(|| "its data: is no base64".to_owned());
     }
-    let name = uri
-        .strip_prefix("file://")
-        .or_else(|| uri.strip_prefix("file:"))
-        .unwrap_or(uri);
-    if name.contains(':') {
+    let shown = cut(uri);
+    let name = String::from_utf8(unescape(uri))
+        .map_err(|_| format!("its uri {shown} is not UTF-8 when decoded; rename the file"))?;
+    // A file from elsewhere has no business outside of its folder.
+    let is_below = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if uri.contains(':') || !Path::new(&name).components().all(is_below) {
         return Err(format!(
-            "{uri}: only data: and files beside the glTF file can be read"
+            "{shown}: only data: and files beside the glTF file, or in folders below, can be read"
         ));
     }
-    let name = String::from_utf8(unescape(name))
-        .map_err(|_| format!("its uri {uri} is not UTF-8 when decoded; rename the file"))?;
     let bytes = read_ordinary(&folder.join(&name), most as u64).map_err(|error| {
         let folder = match folder.as_os_str().is_empty() {
             true => ".".into(),
@@ -93,6 +92,7 @@ fn resolve(uri: &str, folder: &Path, most: usize) -> Result<Vec<u8>, String> {
             io::ErrorKind::FileTooLarge => "; all buffers together are larger than 1 GiB",
             _ => "",
         };
+        let name = cut(&name);
         format!("cannot read {name}, looked for in {folder}: {error}{all}")
     })?;
     Ok(bytes)

@@ -13,7 +13,21 @@ use glam::{DMat4, Mat4, Vec2, Vec3};
 
 use self::accessors::Data;
 use self::json::{LightKind, Node, Primitive, Root};
-use super::load::{Corner, MAX_CORNERS};
+use super::load::{Corner, MAX_CORNERS, MAX_REPEATED};
+use crate::text::cut;
+
+/// Why a file cannot be used.
+pub(super) enum Fault {
+    Unreadable(String),
+    /// Where a number is not finite.
+    Broken(String),
+}
+
+impl From<String> for Fault {
+    fn from(why: String) -> Self {
+        Self::Unreadable(why)
+    }
+}
 
 /// What a file has in its scene.
 pub(super) struct Contents {
@@ -85,14 +99,12 @@ struct Placed<'a> {
 }
 
 /// Reads a file's text and what it names.
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Contents, String> {
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Contents, Fault> {
     let (json, binary) = buffers::split(bytes)?;
     let root: Root = serde_json::from_slice(json).map_err(|error| error.to_string())?;
     if !root.asset.version.starts_with("2.") {
-        return Err(format!(
-            "its version is {}, and must be 2.0",
-            root.asset.version
-        ));
+        let version = root.asset.version;
+        return Err(format!("its version is {}, and must be 2.0", cut(&version)).into());
     }
     check_extensions(&root)?;
     check_primitives(&root)?;
@@ -256,7 +268,7 @@ fn matrix(node: &Node) -> Mat4 {
 }
 
 /// Adds the triangles of a node's mesh.
-fn add_mesh(data: &Data<'_>, placed: &Placed<'_>, corners: &mut Vec<Corner>) -> Result<(), String> {
+fn add_mesh(data: &Data<'_>, placed: &Placed<'_>, corners: &mut Vec<Corner>) -> Result<(), Fault> {
     let Some(index) = placed.node.mesh else {
         return Ok(());
     };
@@ -265,12 +277,14 @@ fn add_mesh(data: &Data<'_>, placed: &Placed<'_>, corners: &mut Vec<Corner>) -> 
     if placed.node.skin.is_some() {
         return Err(format!(
             "{by} has a skin, which is not supported; apply it in one pose before you export it"
-        ));
+        )
+        .into());
     }
     if placed.node.extensions.instancing.is_some() {
         return Err(format!(
             "{by} has EXT_mesh_gpu_instancing, which is not supported; export every instance as a node"
-        ));
+        )
+        .into());
     }
     let weights = placed.node.weights.as_ref().unwrap_or(&mesh.weights);
     let is_morphed = weights.iter().any(|weight| *weight != 0.0);
@@ -278,10 +292,11 @@ fn add_mesh(data: &Data<'_>, placed: &Placed<'_>, corners: &mut Vec<Corner>) -> 
         let by = format!("meshes[{index}].primitives[{k}]");
         if is_morphed && !primitive.targets.is_empty() {
             return Err(format!(
-                "{by} has morph targets of weights {weights:?}, which are not supported; apply them before you export it"
-            ));
+                "{by} has morph targets with weights other than 0, which are not supported; apply them before you export it"
+            )
+            .into());
         }
-        add_primitive(data, primitive, &by, placed.place, corners)?;
+        add_primitive(data, primitive, &by, placed, corners)?;
     }
     Ok(())
 }
@@ -290,9 +305,10 @@ fn add_primitive(
     data: &Data<'_>,
     primitive: &Primitive,
     by: &str,
-    place: Mat4,
+    placed: &Placed<'_>,
     corners: &mut Vec<Corner>,
-) -> Result<(), String> {
+) -> Result<(), Fault> {
+    let place = placed.place;
     // Points and lines are no cloth.
     if primitive.mode < 4 {
         return Ok(());
@@ -316,9 +332,9 @@ fn add_primitive(
     ] {
         if count.is_some_and(|count| count != positions.len()) {
             let (count, expected) = (count.unwrap_or(0), positions.len());
-            return Err(format!(
-                "{by} has {count} elements of {name} for {expected} positions"
-            ));
+            return Err(
+                format!("{by} has {count} elements of {name} for {expected} positions").into(),
+            );
         }
     }
     let indices: Vec<u32> = match primitive.indices {
@@ -330,11 +346,15 @@ fn add_primitive(
         4 => indices.len(),
         _ => 3 * indices.len(),
     };
-    if corners.len() + most > MAX_CORNERS {
+    // What a small file repeats takes memory that it has not.
+    let own: usize = data.buffers.iter().map(Vec::len).sum();
+    let limit = MAX_CORNERS.min(MAX_REPEATED.max(own));
+    if corners.len() + most > limit {
         return Err(format!(
-            "it has more than {} triangles, counting every node that has them; thin it out",
-            MAX_CORNERS / 3
-        ));
+            "it has more than {} triangles, counting every node that has them; thin it out, or place instances in a scene",
+            limit / 3
+        )
+        .into());
     }
     let indices = triangles(indices, primitive.mode)
         .ok_or_else(|| format!("{by} has mode {}, which there is not", primitive.mode))?;
@@ -351,7 +371,7 @@ fn add_primitive(
         let index = index as usize;
         let position = *entry(&positions, index, "vertex", by)?;
         let of = |vectors: &Option<Vec<[f32; 3]>>| vectors.as_ref().map(|of| Vec3::from(of[index]));
-        corners.push(Corner {
+        let corner = Corner {
             position: place.transform_point3(Vec3::from(position)),
             normal: of(&normals).map(|normal| of_normals.transform_vector3(normal)),
             uv: uvs.as_ref().map(|uvs| Vec2::from(uvs[index])),
@@ -366,7 +386,14 @@ fn add_primitive(
                 place.transform_vector3(Vec3::new(x, y, z))
             }),
             material: primitive.material,
-        });
+        };
+        if !corner.is_finite() {
+            return Err(Fault::Broken(format!(
+                "nodes[{}], vertex {index} of {by}",
+                placed.index
+            )));
+        }
+        corners.push(corner);
     }
     Ok(())
 }
@@ -458,7 +485,10 @@ fn motion(root: &Root) -> Result<Option<String>, String> {
             let by = format!("animations[{index}]");
             let name = &entry(&root.nodes, node, "node", &by)?.name;
             let name = name.as_deref().unwrap_or_default();
-            return Ok(Some(format!("an animation {what} node {node} \"{name}\"")));
+            return Ok(Some(format!(
+                "an animation {what} node {node} \"{}\"",
+                cut(name)
+            )));
         }
     }
     let has_skin = !root.skins.is_empty();

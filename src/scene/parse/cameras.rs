@@ -6,15 +6,16 @@ use toml::Spanned;
 
 use super::{LENGTHS, MUST_BE_LENGTH, RangeToml, Reader, named};
 use crate::scene::{Camera, CameraPath, Lens, SceneError};
+use crate::text::Exactly;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CameraToml {
     name: Option<String>,
-    target: Spanned<[f64; 3]>,
-    position: Option<Spanned<[f64; 3]>>,
-    position_to: Option<Spanned<[f64; 3]>>,
-    up: Option<Spanned<[f64; 3]>>,
+    target: Spanned<Exactly<f64, 3>>,
+    position: Option<Spanned<Exactly<f64, 3>>>,
+    position_to: Option<Spanned<Exactly<f64, 3>>>,
+    up: Option<Spanned<Exactly<f64, 3>>>,
     distance: Option<Spanned<RangeToml>>,
     azimuth_deg: Option<Spanned<RangeToml>>,
     elevation_deg: Option<Spanned<RangeToml>>,

@@ -7,6 +7,7 @@ use toml::Spanned;
 
 use super::{LENGTHS, MUST_BE_LENGTH, RangeToml, Reader, named};
 use crate::scene::{Light, LightSource, SceneError, Sky};
+use crate::text::{Exactly, cut};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -14,11 +15,11 @@ pub(super) struct LightToml {
     name: Option<String>,
     kind: Spanned<String>,
     strength: Option<Spanned<f64>>,
-    direction: Option<Spanned<[f64; 3]>>,
+    direction: Option<Spanned<Exactly<f64, 3>>>,
     azimuth_deg: Option<Spanned<RangeToml>>,
     elevation_deg: Option<Spanned<RangeToml>>,
-    position: Option<Spanned<[f64; 3]>>,
-    position_to: Option<Spanned<[f64; 3]>>,
+    position: Option<Spanned<Exactly<f64, 3>>>,
+    position_to: Option<Spanned<Exactly<f64, 3>>>,
     distance: Option<Spanned<f64>>,
     inner_deg: Option<Spanned<f64>>,
     outer_deg: Option<Spanned<f64>>,
@@ -49,7 +50,8 @@ impl Reader<'_> {
             "collocated" => &[],
             _ => {
                 let message = format!(
-                    "kind: \"{kind}\" must be directional, point, spot, environment or collocated"
+                    "kind: \"{}\" must be directional, point, spot, environment or collocated",
+                    cut(kind)
                 );
                 return Err(self.error(raw.kind.span().start, "kind", message).into());
             }

@@ -18,7 +18,7 @@ use self::objects::ObjectToml;
 use super::{Albedo, Material, Object, Placement, Region, Scene, SceneError, Sky, gltf};
 use crate::fabric::Fabric;
 use crate::mesh::{Mesh, MeshFile};
-use crate::text::{MAX_TOML_BYTES, Source, TextError, read_capped};
+use crate::text::{Exactly, MAX_TOML_BYTES, Source, TextError, read_capped};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -277,16 +277,20 @@ impl Reader<'_> {
     fn vector(
         &self,
         key: &str,
-        value: &Spanned<[f64; 3]>,
+        value: &Spanned<Exactly<f64, 3>>,
         is_direction: bool,
     ) -> Result<DVec3, TextError> {
-        let vector = DVec3::from(*value.get_ref());
+        let Exactly(vector) = *value.get_ref();
+        let vector = DVec3::from(vector);
         let is_fine = vector.is_finite() && vector.abs().max_element() <= MAX_COORDINATE;
         if is_fine && (!is_direction || vector.length() > 1e-9) {
             return Ok(vector);
         }
         let length = if is_direction { ", and not be 0" } else { "" };
-        let message = format!("{key} = {:?} must lie within ±1e9{length}", value.get_ref());
+        let message = format!(
+            "{key} = {:?} must lie within ±1e9{length}",
+            vector.to_array()
+        );
         Err(self.error(value.span().start, key, message))
     }
 
@@ -346,8 +350,8 @@ impl Reader<'_> {
     /// The box between two corners, or a point.
     fn region(
         &self,
-        from: &Spanned<[f64; 3]>,
-        to: Option<&Spanned<[f64; 3]>>,
+        from: &Spanned<Exactly<f64, 3>>,
+        to: Option<&Spanned<Exactly<f64, 3>>>,
     ) -> Result<Region, TextError> {
         let from = self.vector("position", from, false)?;
         let to = match to {

@@ -15,7 +15,7 @@ use crate::mesh::{Mesh, MeshError, MeshFile, Part, curtain, skirt, trousers};
 use crate::pattern::{MAX_IMAGE_BYTES, Pattern};
 use crate::scene::gltf::refuse_motion;
 use crate::scene::{Albedo, Material, Object, Placement, SceneError, Sky};
-use crate::text::{MAX_TOML_BYTES, TextError, read_ordinary};
+use crate::text::{Exactly, Kind, MAX_TOML_BYTES, TextError, cut, listed, read_ordinary};
 
 const BUILT_IN: &str = "curtain, trousers, skirt, sphere or square";
 
@@ -40,8 +40,8 @@ pub(super) struct ObjectToml {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct InstanceToml {
-    translation: Option<Spanned<[f64; 3]>>,
-    rotation_deg: Option<Spanned<[f64; 3]>>,
+    translation: Option<Spanned<Exactly<f64, 3>>>,
+    rotation_deg: Option<Spanned<Exactly<f64, 3>>>,
     scale: Option<Spanned<f64>>,
 }
 
@@ -140,7 +140,7 @@ impl Reader<'_> {
     }
 
     fn instance(&self, raw: &InstanceToml) -> Result<Placement, TextError> {
-        let or_zero = |key: &str, value: &Option<Spanned<[f64; 3]>>| {
+        let or_zero = |key: &str, value: &Option<Spanned<Exactly<f64, 3>>>| {
             let value = value.as_ref();
             value.map_or(Ok(DVec3::ZERO), |value| self.vector(key, value, false))
         };
@@ -174,8 +174,10 @@ impl Reader<'_> {
         for name in materials.keys() {
             if !known.contains(&name.get_ref().as_str()) {
                 let message = format!(
-                    "materials: {file} has no material \"{}\" on a mesh; it has {known:?}",
-                    name.get_ref()
+                    "materials: {} has no material \"{}\" on a mesh; it has {}",
+                    cut(file),
+                    cut(name.get_ref()),
+                    listed(known.iter().copied())
                 );
                 return Err(self.error(name.span().start, "materials", message));
             }
@@ -192,13 +194,15 @@ impl Reader<'_> {
         let (name, at) = (file.get_ref(), file.span().start);
         let path = self.folder.join(name);
         if key == "mesh" && path.extension().is_none() {
-            let message =
-                format!("mesh: \"{name}\" must be {BUILT_IN}, or a file .obj, .gltf or .glb");
+            let message = format!(
+                "mesh: \"{}\" must be {BUILT_IN}, or a file .obj, .gltf or .glb",
+                cut(name)
+            );
             return Err(self.error(at, key, message).into());
         }
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if key == "gltf" && extension != "gltf" && extension != "glb" {
-            let message = format!("gltf: {name} must be a .gltf or .glb file");
+            let message = format!("gltf: {} must be a .gltf or .glb file", cut(name));
             return Err(self.error(at, key, message).into());
         }
         let read = MeshFile::read(&path).map_err(|error| self.unusable(key, file, error))?;
@@ -218,7 +222,7 @@ impl Reader<'_> {
     }
 
     fn unusable(&self, key: &str, file: &Spanned<String>, source: MeshError) -> SceneError {
-        let message = format!("{key}: {} cannot be used", file.get_ref());
+        let message = format!("{key}: {} cannot be used", cut(file.get_ref()));
         let place = self.error(file.span().start, key, message).to_string();
         SceneError::Mesh { place, source }
     }
@@ -237,7 +241,8 @@ impl Reader<'_> {
                     let guess = nearest_name(cloth)
                         .map_or(String::new(), |name| format!("; did you mean {name}?"));
                     let message = format!(
-                        "{key}: the library has no fabric \"{cloth}\"{guess} (a file's name ends in .toml)"
+                        "{key}: the library has no fabric \"{}\"{guess} (a file's name ends in .toml)",
+                        cut(cloth)
                     );
                     Err(self.error(at, key, message).into())
                 }
@@ -255,10 +260,7 @@ impl Reader<'_> {
             self.error(at, key, message)
         })?;
         let file = path.display().to_string();
-        // A pattern has materials, a fabric has threads.
-        let is_pattern =
-            toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("material"));
-        if !is_pattern {
+        if Kind::of(text.as_bytes()) != Kind::Pattern {
             let fabric = Fabric::from_toml(&text, &file, None)?;
             return Ok(Material::Fabric(Arc::new(fabric)));
         }
