@@ -1,4 +1,4 @@
-//! Evaluates many pairs at once, with AVX2 or AVX-512 where the machine has them: several times as fast as one by one.
+//! Evaluates many pairs at once, with AVX-512, AVX2 or NEON, whichever the machine has: several times as fast as one by one.
 //!
 //! `cargo run --release --example batch -- denim.sateen`, after `sateen bake denim -o denim.sateen`.
 #![allow(clippy::print_stdout, reason = "it is what an example is for")]
