@@ -100,10 +100,10 @@ pub fn each<A, B>([x, y, z]: [A; 3], f: impl Fn(A) -> B) -> [B; 3] {
 /// underflow belong to components that no longer matter.
 #[inline(always)]
 pub fn norm2<R: Lanes>(x: R, y: R) -> R {
-    square2(x, y).sqrt()
+    (x * x + y * y).sqrt()
 }
 
-/// x² + y².
+/// x² + y², fused where that is free.
 #[inline(always)]
 pub fn square2<R: Lanes>(x: R, y: R) -> R {
     x.mul_add(x, y * y)
