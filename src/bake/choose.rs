@@ -40,7 +40,7 @@ const RIMS: [Rim; 3] = [rim(0), rim(10), rim(20)];
 /// more, and tails gain.
 const RESCUE: f64 = 3.0;
 /// The worst hundredth of pairs near the horizon errs at most so many times what a thread may on average.
-const TAIL: f64 = 5.0;
+const TAIL: f64 = 10.0;
 /// Direct evaluation that takes no more time than this many grids is worthwhile if it errs less by as much.
 const DEAR: f64 = 2.0;
 

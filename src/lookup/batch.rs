@@ -6,7 +6,7 @@ use crate::math::simd::{Colours, Directions, Kernel, Level, Row, Vector};
 use crate::table::Table;
 
 /// Evaluation of many pairs: structures of arrays, with the widest vector instructions of the machine. A result differs from
-/// that for one pair by no more than rounding, and does not depend on its neighbours.
+/// that for one pair by no more than rounding; batches of one or two pairs are as single pairs are. It does not depend on its neighbours.
 impl Table {
     /// The BRDF \[1/sr\] of every pair, with the fabric's own albedo; see [`Table::eval`].
     ///
@@ -36,7 +36,7 @@ impl Table {
         quantity: Quantity,
         wi: Directions<'_>,
         wr: Directions<'_>,
-        values: Colours<'_>,
+        mut values: Colours<'_>,
     ) {
         let pairs = wi[0].len();
         let inputs = wi.iter().chain(&wr).all(|slice| slice.len() == pairs);
@@ -44,6 +44,17 @@ impl Table {
             inputs && values.iter().all(|slice| slice.len() == pairs),
             "slices of directions and values must be of one length"
         );
+        // So few are not worth a vector of pairs.
+        if pairs <= ALONE {
+            for pair in 0..pairs {
+                let [wi, wr] = [wi, wr].map(|w| w.map(|w| w[pair]));
+                let value = self.at(level, albedos, quantity, wi, wr);
+                for (to, value) in values.each_mut().into_iter().zip(value) {
+                    to[pair] = value;
+                }
+            }
+            return;
+        }
         level.run(Batch {
             table: self,
             albedos,
@@ -96,7 +107,7 @@ impl Kernel for Batch<'_> {
     fn run<V: Vector, R: Row>(self) {
         // A large block has more to prepare than a few pairs are worth.
         if self.wi[0].len() <= FEW {
-            self.in_blocks::<R, R, FEW, FEW>();
+            self.in_blocks::<V, R, FEW, FEW>();
         } else {
             self.in_blocks::<V, R, BLOCK, STEP>();
         }
@@ -107,8 +118,10 @@ impl Kernel for Batch<'_> {
 const BLOCK: usize = 512;
 /// … as the places of so many in a grid do beside it.
 const STEP: usize = 64;
+/// So many pairs are evaluated one by one.
+const ALONE: usize = 2;
 /// Pairs of a block for few.
-const FEW: usize = 8;
+const FEW: usize = 16;
 
 impl Batch<'_> {
     #[inline(always)]

@@ -121,6 +121,7 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
     fn look_up<V: Vector, R: Row>(&mut self, thread: &ThreadTable, grid: &Grid) {
         let frame = thread.frame.cast::<V>();
         let rim = grid.coordinates.rim();
+        let strides = grid.all_strides();
         let mut from = 0;
         while from < self.pairs {
             let pairs = STEP.min(self.pairs - from);
@@ -129,7 +130,7 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
                 let wi = frame.to_thread(self.wi(from + at));
                 let wr = frame.to_thread(self.wr(from + at));
                 let (u, share) = grid.coordinates.with_share(wi, wr);
-                let mut missing = self.places.find(grid, at, u);
+                let mut missing = self.places.find(grid, strides, at, u);
                 if !rim.is_none() {
                     share.store(&mut self.share[from + at..]);
                     missing = V::select(V::zero().lt(share), missing, V::zero());

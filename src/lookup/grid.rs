@@ -40,7 +40,13 @@ impl<const STEP: usize> Places<STEP> {
     /// The place of pairs from `at` on, at points of the box. Where pairs were not baked it is that of the nearest that were, and the
     /// result is 1, else 0.
     #[inline(always)]
-    pub(super) fn find<V: Vector>(&mut self, grid: &Grid, at: usize, u: [V; 4]) -> V {
+    pub(super) fn find<V: Vector>(
+        &mut self,
+        grid: &Grid,
+        strides: [u32; 4],
+        at: usize,
+        u: [V; 4],
+    ) -> V {
         let [a0, a1, a2, a3] = &grid.axes;
         let mut places = [
             a0.place(u[0]),
@@ -66,19 +72,17 @@ impl<const STEP: usize> Places<STEP> {
         } else {
             V::zero()
         };
-        let along = V::splat_index(2 * grid.content.channels() as u32);
+        let strides = [
+            V::splat_index(strides[0]),
+            V::splat_index(strides[1]),
+            V::splat_index(strides[2]),
+            V::splat_index(strides[3]),
+        ];
         let Some(rows) = &grid.rows else {
-            let [s1, s2, s3] = grid.strides().map(|stride| stride as u32);
-            let strides = [
-                along,
-                V::splat_index(s1),
-                V::splat_index(s2),
-                V::splat_index(s3),
-            ];
             self.put(at, start(&places, strides), &places);
             return missing;
         };
-        self.put(at, V::times(places[0].first, along), &places);
+        self.put(at, V::times(places[0].first, strides[0]), &places);
         let mut first = [[0; LANES]; 4];
         for (to, place) in first.iter_mut().zip(&places) {
             V::store_index(place.first, to);

@@ -30,6 +30,7 @@ impl<I: Iterator<Item = [f32; 4]>> Kernel for Points<'_, I> {
     fn run<V: Vector, R: Row>(mut self) {
         const STEP: usize = 16;
         let mut places = Places::<STEP>::new();
+        let strides = self.grid.all_strides();
         loop {
             let mut u = [[0.0; STEP]; 4];
             let mut count = 0;
@@ -49,7 +50,7 @@ impl<I: Iterator<Item = [f32; 4]>> Kernel for Points<'_, I> {
                     V::load(&u[2][at..]),
                     V::load(&u[3][at..]),
                 ];
-                places.find(self.grid, at, u);
+                places.find(self.grid, strides, at, u);
             }
             places.sum::<R>(self.grid, count);
             let mut roots = [[0.0; STEP]; 2];

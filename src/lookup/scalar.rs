@@ -25,18 +25,25 @@ impl Table {
 
     /// The BRDF with other albedos: see [`Table::eval_cos_with`].
     pub fn eval_with(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
-        self.at(albedos, Quantity::Brdf, wi, wr)
+        self.at(Level::detect(), albedos, Quantity::Brdf, wi, wr)
     }
 
     /// ρ with other albedos, linear RGB, one per thread in the order of [`Table::threads`]; where `albedos` ends, the
     /// fabric's own go on.
     pub fn eval_cos_with(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
-        self.at(albedos, Quantity::Rho, wi, wr)
+        self.at(Level::detect(), albedos, Quantity::Rho, wi, wr)
     }
 
-    fn at(&self, albedos: &[[f32; 3]], quantity: Quantity, wi: [f32; 3], wr: [f32; 3]) -> [f32; 3] {
+    pub(super) fn at(
+        &self,
+        level: Level,
+        albedos: &[[f32; 3]],
+        quantity: Quantity,
+        wi: [f32; 3],
+        wr: [f32; 3],
+    ) -> [f32; 3] {
         if let Some(parts) = &self.parts {
-            return Level::detect().run_single(Pair {
+            return level.run_single(Pair {
                 table: self,
                 parts,
                 albedos,
@@ -45,7 +52,7 @@ impl Table {
                 wr,
             });
         }
-        Level::detect().run_single(One {
+        level.run_single(One {
             table: self,
             albedos,
             wi,

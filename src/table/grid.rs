@@ -106,6 +106,12 @@ impl Grid {
         })
     }
 
+    /// From one coefficient of u₀ to the next, and the others.
+    pub(crate) fn all_strides(&self) -> [u32; 4] {
+        let [s1, s2, s3] = self.strides();
+        [2 * self.content.channels(), s1, s2, s3].map(|stride| stride as u32)
+    }
+
     /// What the integers of each channel stand for, times those of weights that sum to [`WHOLE`].
     pub(crate) fn integer_scale(&self) -> [f32; CHANNELS] {
         let of = |scale: f32| (f64::from(scale) / (UNIT * f64::from(WHOLE))) as f32;

@@ -242,10 +242,8 @@ impl GridGroup {
                 start[lane] = words.len() as u32;
                 words.extend(axis.words());
             }
-            let [s1, s2, s3] = grid.strides();
-            let along = 2 * grid.content.channels();
-            for (to, stride) in strides.iter_mut().zip([along, s1, s2, s3]) {
-                to[lane] = stride as u32;
+            for (to, stride) in strides.iter_mut().zip(grid.all_strides()) {
+                to[lane] = stride;
             }
         }
         Self {
