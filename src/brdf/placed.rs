@@ -165,6 +165,14 @@ impl<R: Real> PlacedNodes<R> {
         Response::zero().plus(segments.density, response)
     }
 
+    /// The rule without segments.
+    pub(crate) fn alone(&self) -> Self {
+        Self {
+            segments: Vec::new(),
+            ..self.clone()
+        }
+    }
+
     /// Whether the rule is the same for another thread.
     pub(crate) fn is_as_for(&self, other: &Self) -> bool {
         let kind = |nodes: &Self| (nodes.is_stiff, nodes.surface_is_wide, nodes.volume_is_wide);

@@ -115,7 +115,7 @@ impl Kernel for Batch<'_> {
 }
 
 /// Pairs of a block: so many that those near the horizon fill vectors, and so few that all that is known of them stays in the first cache …
-const BLOCK: usize = 512;
+const BLOCK: usize = 256;
 /// … as the places of so many in a grid do beside it.
 const STEP: usize = 64;
 /// So many pairs are evaluated one by one.

@@ -159,10 +159,20 @@ impl<const STEP: usize> Places<STEP> {
         self.sums[pair] = total.to_array();
     }
 
-    /// Sums the tiles of one pair, in a grid of four coordinates that has all.
+    /// Sums the tiles of one pair, in a grid of four coordinates.
     #[inline(always)]
     pub(super) fn sum_one<R: Row>(&mut self, grid: &Grid, pair: usize) {
-        self.sum_pair::<R, TAPS, TAPS>(&All::new(grid), pair);
+        match &grid.rows {
+            Some(rows) => self.sum_pair::<R, TAPS, TAPS>(&Part { grid, rows }, pair),
+            None => self.sum_pair::<R, TAPS, TAPS>(&All::new(grid), pair),
+        }
+    }
+
+    /// Where one pair's tiles are, in a grid that has not all.
+    #[inline(always)]
+    pub(super) fn put_tile(&mut self, rows: &Rows, pair: usize, first: [u32; 4], along: u32) {
+        self.tile[pair] = rows.tile(first);
+        self.start[pair] = along * first[0];
     }
 
     /// S and V of pairs from `at` on, whose grids have both, with scales of their own.
@@ -257,26 +267,36 @@ fn settle(
 ) -> [f32; LANES] {
     let mut missing = [0.0; LANES];
     for lane in 0..lanes {
-        let point = [0, 1, 2, 3].map(|axis: usize| points[axis][lane]);
+        let mut point = [0, 1, 2, 3].map(|axis: usize| points[axis][lane]);
         let here = [0, 1, 2, 3].map(|axis: usize| first[axis][lane]);
-        let beside = |axis: usize| {
-            let place = grid.axes[axis].integer_knots()[0];
-            let place = f32::from(place) / (1u32 << grid.axes[axis].depth()) as f32;
-            !((point[axis] - place).abs() <= COLLAPSED)
-        };
-        let mut is_missing = grid.collapsed().any(beside);
-        if let Some(rows) = &grid.rows {
-            let (settled, is_elsewhere) = rows.settle(&grid.axes, here);
-            if is_elsewhere {
-                is_missing = true;
-                for axis in 0..4 {
-                    points[axis][lane] = grid.axes[axis].clamp(settled[axis], point[axis]);
-                }
+        if settle_one(grid, here, &mut point) {
+            missing[lane] = 1.0;
+            for axis in 0..4 {
+                points[axis][lane] = point[axis];
             }
         }
-        missing[lane] = if is_missing { 1.0 } else { 0.0 };
     }
     missing
+}
+
+/// Moves a point in the cell that begins with these coefficients to the nearest that was baked, and says whether it was not.
+pub(super) fn settle_one(grid: &Grid, first: [u32; 4], point: &mut [f32; 4]) -> bool {
+    let beside = |axis: usize| {
+        let place = grid.axes[axis].integer_knots()[0];
+        let place = f32::from(place) / (1u32 << grid.axes[axis].depth()) as f32;
+        !((point[axis] - place).abs() <= COLLAPSED)
+    };
+    let is_missing = grid.collapsed().any(beside);
+    let Some(rows) = &grid.rows else {
+        return is_missing;
+    };
+    let (settled, is_elsewhere) = rows.settle(&grid.axes, first);
+    if is_elsewhere {
+        for axis in 0..4 {
+            point[axis] = grid.axes[axis].clamp(settled[axis], point[axis]);
+        }
+    }
+    is_missing || is_elsewhere
 }
 
 /// Where tiles are.

@@ -1,7 +1,7 @@
 //! One pair of directions: parts of all threads side by side, as many as a vector has lanes.
 
 use super::Quantity;
-use super::grid::{Places, start};
+use super::grid::{Places, settle_one, start};
 use crate::brdf::{
     Optics, Response, ThreadFrame, ThreadPair, Weave, projection_of_arcs, projection_of_tilts,
     without_cosine,
@@ -11,7 +11,7 @@ use crate::math::simd::{Kernel, Row, Vector};
 use crate::math::{Vec3, each, splat};
 use crate::table::{GridGroup, Group, PARTS, Parts, Place, SegmentGroup, Table, dye, load};
 
-/// What is asked of a table.
+/// What is asked of a table: a value, and whether it was not baked.
 pub(super) struct Pair<'a> {
     pub(super) table: &'a Table,
     pub(super) parts: &'a Parts,
@@ -22,10 +22,10 @@ pub(super) struct Pair<'a> {
 }
 
 impl Kernel for Pair<'_> {
-    type Output = [f32; 3];
+    type Output = ([f32; 3], bool);
 
     #[inline(always)]
-    fn run<V: Vector, R: Row>(self) -> [f32; 3] {
+    fn run<V: Vector, R: Row>(self) -> ([f32; 3], bool) {
         let Self {
             table,
             parts,
@@ -34,7 +34,7 @@ impl Kernel for Pair<'_> {
             ..
         } = self;
         if !(wi[2] > 0.0 && wr[2] > 0.0) {
-            return [0.0; 3];
+            return ([0.0; 3], false);
         }
         let pair = [each(wi, splat::<f32, R>), each(wr, splat::<f32, R>)];
         let mut sums = Sums::zero();
@@ -70,10 +70,11 @@ impl Kernel for Pair<'_> {
             scale: table.rho_scale,
             sum: [total(r), total(g), total(b)],
         };
-        match self.quantity {
+        let value = match self.quantity {
             Quantity::Brdf => without_cosine(weave.rho(), wi[2]),
             Quantity::Rho => weave.rho(),
-        }
+        };
+        (value, sums.is_missing)
     }
 }
 
@@ -108,12 +109,13 @@ fn look_up<V: Row>(
     let [wi, wr] = in_frame([a, b], pair);
     let coordinates = Several::of_numbers([c, d, e, f, g, h]);
     let (u, share) = coordinates.with_share(wi, wr);
-    let places = [
-        place(grids, 0, u[0], units[0]),
-        place(grids, 1, u[1], units[1]),
-        place(grids, 2, u[2], units[2]),
-        place(grids, 3, u[3], units[3]),
-    ];
+    let mut places = find(grids, u, units);
+    let mut missing = [false; PARTS];
+    if grids.is_partial {
+        let points;
+        (points, missing) = settle(table, grids, u, &places);
+        places = find(grids, points, units);
+    }
     let strides = &grids.strides;
     let strides = [
         V::load_index(&strides[0]),
@@ -123,18 +125,33 @@ fn look_up<V: Row>(
     ];
     let mut all = Places::<PARTS>::new();
     all.put(0, start(&places, strides), &places);
+    let first = firsts(&places);
     for (lane, thread) in grids.group.threads.iter().enumerate() {
-        if let Some(grid) = table.threads[*thread].grid() {
-            all.sum_one::<V>(grid, lane);
+        let Some(grid) = table.threads[*thread].grid() else {
+            continue;
+        };
+        if let Some(rows) = &grid.rows {
+            let first = [
+                first[0][lane],
+                first[1][lane],
+                first[2][lane],
+                first[3][lane],
+            ];
+            all.put_tile(rows, lane, first, grids.strides[0][lane]);
         }
+        all.sum_one::<V>(grid, lane);
     }
     let weight = V::load(&grids.group.weight);
     let albedo = grids.group.albedo(albedos);
-    if grids.rims.is_empty() {
-        sums.add(weight, albedo, all.both(0, [s, v]));
-        return;
+    if grids.is_partial {
+        let share = share.to_array();
+        let mut lanes = missing.iter().zip(share);
+        sums.is_missing |= lanes.any(|(missing, share)| *missing && share > 0.0);
     }
     sums.add(weight * share, albedo, all.both(0, [s, v]));
+    if grids.rims.is_empty() {
+        return;
+    }
     let beyond = (V::one() - share).to_array();
     let threads = grids.group.threads.len();
     if beyond[..threads].iter().all(|beyond| *beyond <= 0.0) {
@@ -154,6 +171,64 @@ fn look_up<V: Row>(
     }
 }
 
+/// Places in grids.
+#[inline(always)]
+fn find<V: Vector>(grids: &GridGroup, u: [V; 4], units: [V; 4]) -> [Place<V>; 4] {
+    [
+        place(grids, 0, u[0], units[0]),
+        place(grids, 1, u[1], units[1]),
+        place(grids, 2, u[2], units[2]),
+        place(grids, 3, u[3], units[3]),
+    ]
+}
+
+/// First coefficients, by axis and lane.
+#[inline(always)]
+fn firsts<V: Vector>(places: &[Place<V>; 4]) -> [[u32; PARTS]; 4] {
+    let mut first = [[0; PARTS]; 4];
+    for (to, place) in first.iter_mut().zip(places) {
+        V::store_index(place.first, to);
+    }
+    first
+}
+
+/// Points of pairs that were not baked moved to the nearest that were, and which these are.
+#[inline(always)]
+fn settle<V: Vector>(
+    table: &Table,
+    grids: &GridGroup,
+    u: [V; 4],
+    places: &[Place<V>; 4],
+) -> ([V; 4], [bool; PARTS]) {
+    let first = firsts(places);
+    let mut points = [[0.0; PARTS]; 4];
+    for (to, u) in points.iter_mut().zip(u) {
+        u.store(to);
+    }
+    let mut missing = [false; PARTS];
+    for (lane, thread) in grids.group.threads.iter().enumerate() {
+        let mut point = [
+            points[0][lane],
+            points[1][lane],
+            points[2][lane],
+            points[3][lane],
+        ];
+        let first = [
+            first[0][lane],
+            first[1][lane],
+            first[2][lane],
+            first[3][lane],
+        ];
+        if let Some(grid) = table.threads[*thread].grid() {
+            missing[lane] = settle_one(grid, first, &mut point);
+        }
+        for (to, x) in points.iter_mut().zip(point) {
+            to[lane] = x;
+        }
+    }
+    (load(&points), missing)
+}
+
 /// Places on one of the axes of grids.
 #[inline(always)]
 fn place<V: Vector>(grids: &GridGroup, axis: usize, u: V, unit: V) -> Place<V> {
@@ -165,6 +240,8 @@ fn place<V: Vector>(grids: &GridGroup, axis: usize, u: V, unit: V) -> Place<V> {
 struct Sums<V> {
     colour: [V; 3],
     q: V,
+    /// Whether some grid has not the pair.
+    is_missing: bool,
 }
 
 impl<V: Vector> Sums<V> {
@@ -173,6 +250,7 @@ impl<V: Vector> Sums<V> {
         Self {
             colour: [V::zero(); 3],
             q: V::zero(),
+            is_missing: false,
         }
     }
 

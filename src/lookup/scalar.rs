@@ -43,7 +43,7 @@ impl Table {
         wr: [f32; 3],
     ) -> [f32; 3] {
         if let Some(parts) = &self.parts {
-            return level.run_single(Pair {
+            let (value, is_missing) = level.run_single(Pair {
                 table: self,
                 parts,
                 albedos,
@@ -51,6 +51,10 @@ impl Table {
                 wi,
                 wr,
             });
+            if is_missing {
+                self.misses.add(1);
+            }
+            return value;
         }
         level.run_single(One {
             table: self,
@@ -85,6 +89,17 @@ impl Table {
 
     fn has(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> bool {
         let is_missing = || {
+            if let Some(parts) = &self.parts {
+                let (_, is_missing) = Level::detect().run_single(Pair {
+                    table: self,
+                    parts,
+                    albedos,
+                    quantity: Quantity::Rho,
+                    wi,
+                    wr,
+                });
+                return is_missing;
+            }
             Level::detect().run_single(One {
                 table: self,
                 albedos,

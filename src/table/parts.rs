@@ -12,6 +12,9 @@ use crate::math::simd::Vector;
 /// Lanes.
 pub(crate) const PARTS: usize = 8;
 
+/// The most tilts and segments of all threads: files may have very many, for which this is no gain.
+const MOST: usize = 512;
+
 /// What one pair is evaluated with.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Parts {
@@ -107,6 +110,8 @@ pub(crate) struct GridGroup {
     pub(crate) starts: [[u32; PARTS]; 4],
     /// From one coefficient of u₀, from one tile, and from one coefficient of u₂ and u₃ to the next, in numbers.
     pub(crate) strides: [[u32; PARTS]; 4],
+    /// Whether some have not all pairs.
+    pub(crate) is_partial: bool,
     /// Segments of threads whose grids have rims, for pairs near these threads' horizons. Of each the thread is its lane here.
     pub(crate) rims: Vec<SegmentGroup>,
 }
@@ -137,12 +142,14 @@ impl<'a> Collected<'a> {
     fn add(&mut self, index: usize, thread: &'a ThreadTable, nodes: &'a PlacedNodes<f32>) {
         for arc in nodes.arcs() {
             let segment = Segment { index, thread, arc };
-            let has_room = |(rule, segments): &&mut (&PlacedNodes<f32>, Vec<Segment<'_>>)| {
-                segments.len() < PARTS && rule.is_as_for(nodes)
-            };
-            match self.0.iter_mut().find(has_room) {
-                Some((_, segments)) => segments.push(segment),
-                None => self.0.push((nodes, vec![segment])),
+            let last = self
+                .0
+                .iter_mut()
+                .rev()
+                .find(|(rule, _)| rule.is_as_for(nodes));
+            match last {
+                Some((_, segments)) if segments.len() < PARTS => segments.push(segment),
+                _ => self.0.push((nodes, vec![segment])),
             }
         }
     }
@@ -163,7 +170,7 @@ impl<'a> Collected<'a> {
             }
             SegmentGroup {
                 group: groups.swap_remove(0),
-                rule: rule.clone(),
+                rule: rule.alone(),
                 nodes: SharedNodes::new(rule, lanes),
             }
         };
@@ -174,7 +181,11 @@ impl<'a> Collected<'a> {
 /// Of all threads; `None` where one of them is more than its parts side by side.
 impl Parts {
     pub(crate) fn new(threads: &[ThreadTable], reweighting: Reweighting) -> Option<Self> {
-        if reweighting == Reweighting::Both {
+        let parts = |thread: &ThreadTable| {
+            let tangents = &thread.tangents;
+            tangents.tilts().len() + tangents.segments().len()
+        };
+        if reweighting == Reweighting::Both || threads.iter().map(parts).sum::<usize>() > MOST {
             return None;
         }
         let mut parts = Self::default();
@@ -189,8 +200,8 @@ impl Parts {
                 }
                 Segments::Grid(segments) => {
                     let grid = &segments.grid;
-                    let has_all = grid.content == Content::Both && !grid.is_partial();
-                    let coordinates = grid.coordinates.numbers().filter(|_| has_all)?;
+                    let coordinates = grid.coordinates.numbers();
+                    let coordinates = coordinates.filter(|_| grid.content == Content::Both)?;
                     let units = grid
                         .axes
                         .each_ref()
@@ -228,7 +239,7 @@ impl Parts {
 impl GridGroup {
     fn new(group: Group<14>, threads: &[ThreadTable]) -> Self {
         let (mut words, mut starts, mut strides) = (Vec::new(), [[0; PARTS]; 4], [[0; PARTS]; 4]);
-        let mut rims = Collected::default();
+        let (mut rims, mut is_partial) = (Collected::default(), false);
         for (lane, index) in group.threads.iter().enumerate() {
             let thread = &threads[*index];
             let Segments::Grid(segments) = &thread.segments else {
@@ -238,6 +249,7 @@ impl GridGroup {
                 rims.add(lane, thread, nodes);
             }
             let grid = &segments.grid;
+            is_partial |= grid.is_partial();
             for (axis, start) in grid.axes.iter().zip(&mut starts) {
                 start[lane] = words.len() as u32;
                 words.extend(axis.words());
@@ -251,6 +263,7 @@ impl GridGroup {
             words,
             starts,
             strides,
+            is_partial,
             rims: rims.groups(),
         }
     }

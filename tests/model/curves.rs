@@ -268,7 +268,7 @@ fn felt_has_a_table_of_three_axes_and_the_smallest_of_all() {
         projection.coordinates(),
         Coordinates::View { isotropic: true }
     );
-    assert!(felt.decoded_bytes() < 8 << 10, "{}", felt.decoded_bytes());
+    assert!(felt.decoded_bytes() < 10 << 10, "{}", felt.decoded_bytes());
     let error = Provenance::of(felt).unwrap().error.all;
     assert!(error.mean < 0.005, "{}", error.mean);
 }

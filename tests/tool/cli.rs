@@ -159,7 +159,7 @@ fn bake_info_and_validate_tell_the_same_story() {
         .arg(&path)
         .assert()
         .success()
-        .stdout(contains("[Fecho13] table A.1").and(contains("sqrt-i16")));
+        .stdout(contains("[Fecho13] table A.1").and(contains("format 3")));
     sateen()
         .args(["info", "--toml"])
         .arg(&path)
@@ -457,20 +457,20 @@ fn a_full_disk_leaves_nothing_behind() {
     // A file size limit stops a write half way, as a full disk does.
     let folder = folder();
     let script = format!(
-        "trap '' XFSZ; ulimit -f 1; exec '{}' bake silk-crepe-de-chine --preset draft -o '{}'",
+        "trap '' XFSZ; ulimit -f 1; exec '{}' bake denim --preset draft -o '{}'",
         assert_cmd::cargo::cargo_bin("sateen").display(),
-        folder.path().join("silk.sateen").display()
+        folder.path().join("denim.sateen").display()
     );
     Command::new("bash")
         .args(["-c", &script])
         .assert()
         .code(1)
-        .stderr(contains("cannot write").and(contains("silk.sateen")));
+        .stderr(contains("cannot write").and(contains("denim.sateen")));
     assert!(names_in(folder.path()).is_empty());
     // A disk of 64 KiB, where one may be mounted: it is gone with its namespace.
     let script = format!(
         "mount -t tmpfs -o size=64k none '{1}' || exit 77
-        '{0}' bake silk-crepe-de-chine --preset draft -o '{1}/silk.sateen'; echo status $?; ls -A '{1}'",
+        '{0}' bake denim --preset draft -o '{1}/denim.sateen'; echo status $?; ls -A '{1}'",
         assert_cmd::cargo::cargo_bin("sateen").display(),
         folder.path().display()
     );
@@ -488,7 +488,7 @@ fn a_full_disk_leaves_nothing_behind() {
             let stderr = String::from_utf8_lossy(&full.stderr);
             assert_eq!(String::from_utf8_lossy(&full.stdout), "status 1\n");
             assert!(
-                stderr.contains("silk.sateen") && stderr.contains("No space left"),
+                stderr.contains("denim.sateen") && stderr.contains("No space left"),
                 "{stderr}"
             );
         }
