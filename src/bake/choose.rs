@@ -42,7 +42,7 @@ const RESCUE: f64 = 3.0;
 /// The worst hundredth of pairs near the horizon errs at most so many times what a thread may on average.
 const TAIL: f64 = 10.0;
 /// Direct evaluation that takes no more time than this many grids is worthwhile if it errs less by as much.
-const DEAR: f64 = 2.0;
+const DEAR: f64 = 1.35;
 
 const fn rim(hundredths: u8) -> Rim {
     match Rim::new(hundredths) {
@@ -58,7 +58,7 @@ const fn rim(hundredths: u8) -> Rim {
 pub enum Direct {
     /// Never: all threads have grids.
     Never,
-    /// Where it errs less than a grid by at least as much as it costs more, which is up to twice as much.
+    /// Where it errs less than a grid by at least as much as it costs more, which is up to a third more.
     ///
     /// And where a grid of the size allowed would err more than [`Settings::max_error`].
     Worthwhile,
