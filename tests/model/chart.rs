@@ -84,10 +84,8 @@ proptest! {
     ) {
         let u = coordinates.of(wi, wr);
         prop_assert!(u.iter().all(|u| (0.0..=1.0).contains(u)), "{u:?}");
-        // What the box has no share in need not come back.
-        if coordinates.share_of_box(wi, wr) == 0.0 {
-            return Ok(());
-        }
+        // What is beyond a rim has no place in the box.
+        let is_beyond = coordinates.share_of_box(wi, wr) <= 0.0;
         let (vi, vr) = coordinates.directions(u);
         let along = |w: [f64; 3]| [-w[0], w[1], w[2]];
         let same = |w: [f64; 3]| w;
@@ -113,7 +111,7 @@ proptest! {
         }
         let errors = images.iter().map(|image| distance(vi, image(wi)) + distance(vr, image(wr)));
         let error = errors.fold(f64::INFINITY, f64::min);
-        prop_assert!(error < 2e-7, "{coordinates:?} {u:?}: {wi:?} {wr:?} came back as {vi:?} {vr:?}, {error:e} away");
+        prop_assert!(is_beyond || error < 2e-7, "{coordinates:?} {u:?}: {wi:?} {wr:?} came back as {vi:?} {vr:?}, {error:e} away");
     }
 
     #[test]
