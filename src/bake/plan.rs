@@ -263,7 +263,7 @@ impl Line {
             shares += share;
             let response = integrand.at_point(u);
             let values = [response.surface, response.volume];
-            let quantity = values.map(|value| encode(value));
+            let quantity = values.map(encode);
             let total = response.surface + albedo * response.volume + floor;
             // What splines are of is the root of a value.
             let weights = [

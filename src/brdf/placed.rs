@@ -220,13 +220,9 @@ impl SharedNodes {
     /// The nodes of a rule in so many lanes of each segment.
     pub(crate) fn new(nodes: &PlacedNodes<f32>, lanes: usize) -> Self {
         let step = |nodes: &[[f32; 2]]| {
-            let mut step = [[0.0; 8]; 2];
-            for lane in 0..8 {
-                if let Some(node) = nodes.get(lane % lanes) {
-                    (step[0][lane], step[1][lane]) = (node[0], node[1]);
-                }
-            }
-            step
+            [0, 1].map(|k| {
+                core::array::from_fn(|lane| nodes.get(lane % lanes).map_or(0.0, |node| node[k]))
+            })
         };
         Self {
             lanes,

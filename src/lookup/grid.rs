@@ -87,14 +87,9 @@ impl<const STEP: usize> Places<STEP> {
         for (to, place) in first.iter_mut().zip(&places) {
             V::store_index(place.first, to);
         }
-        for lane in 0..V::LANES {
-            let of_lane = [
-                first[0][lane],
-                first[1][lane],
-                first[2][lane],
-                first[3][lane],
-            ];
-            self.tile[at + lane] = rows.tile(of_lane);
+        let tiles = self.tile[at..].iter_mut().take(V::LANES);
+        for (lane, tile) in tiles.enumerate() {
+            *tile = rows.tile([0, 1, 2, 3].map(|axis: usize| first[axis][lane]));
         }
         missing
     }

@@ -204,8 +204,7 @@ impl Axis {
         self.knots.len() == 1
     }
 
-    /// An axis with ascending `knots` in units of 2^−`depth` from 0, or ½, to 1, between which cells are halves of halves (see
-    /// [Words](self#words)); functions may bend at the inner knot ½ if `has_kink`.
+    /// An axis with ascending `knots` in units of 2^−`depth` from 0, or ½, to 1, between which cells are halves of halves (widths are powers of ½); functions may bend at the inner knot ½ if `has_kink`.
     ///
     /// Returns `None` when the knots are not so.
     pub fn new(depth: u32, knots: Vec<u16>, has_kink: bool) -> Option<Self> {
