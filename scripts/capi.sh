@@ -38,7 +38,8 @@ target=${CARGO_TARGET_DIR:-target}
 folder=$target/$profile
 if [ "$profile" = dev ]; then
     folder=$target/debug
-    export CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false
+    # Not 0: vector code that is inlined and not optimized has megabytes of variables.
+    export CARGO_PROFILE_DEV_OPT_LEVEL=1 CARGO_PROFILE_DEV_DEBUG=false
 fi
 # shellcheck disable=SC2086
 cargo rustc --locked --quiet --lib --profile "$profile" --no-default-features --features "$features$zstd" \

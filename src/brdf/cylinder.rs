@@ -111,6 +111,7 @@ pub struct Response<R> {
 
 impl<R: Lanes> Response<R> {
     /// No light.
+    #[inline(always)]
     pub fn zero() -> Self {
         Self {
             surface: R::zero(),

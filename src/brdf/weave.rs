@@ -16,6 +16,7 @@ pub struct ThreadResponse<R> {
 
 impl<R: Lanes> ThreadResponse<R> {
     /// Of a thread that is not seen.
+    #[inline(always)]
     pub fn zero() -> Self {
         Self {
             response: Response::zero(),
