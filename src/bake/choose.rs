@@ -7,7 +7,7 @@
 //!
 //! Grids of straight threads end at a rim before the horizon ([`Rim`]), where they err most and knots are spent on what is hardly seen;
 //! pairs beyond are evaluated directly. How far before, and at how many tilts, is whatever makes error times price the least. Mean error
-//! (99th percentile) of protocol pairs by where grids end, in radians; bold is what is chosen.
+//! (99th percentile) of protocol pairs by where grids end, in radians, with half of [`TAIL`]; bold is what is chosen.
 //!
 //! | | bytes | 0 | 0.10 | 0.15 | 0.20 | 0.25 | 0.30 |
 //! |---|---|---|---|---|---|---|---|
@@ -16,8 +16,8 @@
 //! | polyester lining | 1220 KiB | | | | **0.074 (0.64)** | 0.046 (0.44) | |
 //!
 //! Beyond 0.20 it is a third of the pairs of a sphere that take both ways, so that is the most; 0.15 was never the best. The worst
-//! hundredth of pairs near the horizon says how many tilts it takes at least, of direct threads too: by the mean alone denim would do
-//! with 3, which err up to 14 % there, and T-shirts with 3, which err up to 24 %.
+//! hundredth of pairs near the horizon says how many tilts it takes at least, of direct threads too: it may err [`TAIL`] times as much as
+//! a thread on average. With half of that it took up to three tilts more, and the worst of all pairs erred half as much.
 //!
 //! Threads whose direction changes along their curve, and felt, have grids up to the horizon: fixed tangents err more there at any cost.
 

@@ -7,6 +7,7 @@
 
 use crate::brdf::Response;
 use crate::math::simd::{Row, Vector};
+use crate::math::splat;
 use crate::table::{Content, Grid, Place, Rows, TAPS, TILE, WHOLE, decode};
 
 /// The most lanes of a vector.
@@ -372,10 +373,4 @@ impl Layout for Part<'_> {
                 .expect("the tiles end with padding")
         }
     }
-}
-
-/// The same number in every lane.
-#[inline(always)]
-fn splat<V: Vector>(x: f32) -> V {
-    V::of(f64::from(x))
 }

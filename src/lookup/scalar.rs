@@ -34,6 +34,26 @@ impl Table {
         self.at(Level::detect(), albedos, Quantity::Rho, wi, wr)
     }
 
+    /// A value, and whether it was not baked, by parts of all threads side by side, if they are all that there is.
+    fn by_parts(
+        &self,
+        level: Level,
+        albedos: &[[f32; 3]],
+        quantity: Quantity,
+        wi: [f32; 3],
+        wr: [f32; 3],
+    ) -> Option<([f32; 3], bool)> {
+        let parts = self.parts.as_ref()?;
+        Some(level.run_single(Pair {
+            table: self,
+            parts,
+            albedos,
+            quantity,
+            wi,
+            wr,
+        }))
+    }
+
     pub(super) fn at(
         &self,
         level: Level,
@@ -42,15 +62,7 @@ impl Table {
         wi: [f32; 3],
         wr: [f32; 3],
     ) -> [f32; 3] {
-        if let Some(parts) = &self.parts {
-            let (value, is_missing) = level.run_single(Pair {
-                table: self,
-                parts,
-                albedos,
-                quantity,
-                wi,
-                wr,
-            });
+        if let Some((value, is_missing)) = self.by_parts(level, albedos, quantity, wi, wr) {
             if is_missing {
                 self.misses.add(1);
             }
@@ -89,18 +101,11 @@ impl Table {
 
     fn has(&self, albedos: &[[f32; 3]], wi: [f32; 3], wr: [f32; 3]) -> bool {
         let is_missing = || {
-            if let Some(parts) = &self.parts {
-                let (_, is_missing) = Level::detect().run_single(Pair {
-                    table: self,
-                    parts,
-                    albedos,
-                    quantity: Quantity::Rho,
-                    wi,
-                    wr,
-                });
+            let level = Level::detect();
+            if let Some((_, is_missing)) = self.by_parts(level, albedos, Quantity::Rho, wi, wr) {
                 return is_missing;
             }
-            Level::detect().run_single(One {
+            level.run_single(One {
                 table: self,
                 albedos,
                 wi,

@@ -5,8 +5,8 @@
 //! ([`Level`]).
 //!
 //! Square root and division are correctly rounded everywhere, `mul_add` is fused where the instruction set does so.
-//! `atan2`, `exp` and `sin` are polynomials (`approx`), the same ones everywhere. AVX2, AVX-512 and NEON all fuse: their batches of the
-//! golden tables are the same to the last bit (`scripts/neon.sh` compares them). Portable vectors do not fuse, and differ a little:
+//! `atan2`, `exp` and `sin` are polynomials (`approx`), the same ones everywhere. AVX2 and NEON both fuse and divide; AVX-512 has some
+//! quotients by an estimate and a step of Newton's method, and portable vectors do not fuse. So instruction sets differ a little:
 //! `tests/table/parity.rs` has the bounds.
 //!
 //! Where exactness counts there are [`Doubles`], the same to the last bit everywhere.
