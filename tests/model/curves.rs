@@ -463,7 +463,11 @@ proptest! {
             prop_assert!(rho.iter().all(|x| x.is_finite() && *x >= 0.0), "{wi:?} {wr:?} {rho:?}");
         }
         if gamma_deg > 5.0 {
-            let fine = Sadeghi::<f64>::new(&fabric, Rule::Midpoint(20_000));
+            // Midpoints lie evenly along the length: a pair that sees a short part alone has few of them.
+            let lengths = points.iter().skip(1).map(|point| point.2).filter(|length| *length > 0.0);
+            let shortest = lengths.clone().fold(f64::INFINITY, f64::min);
+            let parts = (lengths.sum::<f64>() / shortest).min(50.0);
+            let fine = Sadeghi::<f64>::new(&fabric, Rule::Midpoint((10_000.0 * parts.max(2.0)) as u32));
             let (largest, _) = difference(protocol_pairs(&fabric, 8, seed).iter().map(|pair| {
                 (reference.eval_cos(pair.wi, pair.wr)[0], fine.eval_cos(pair.wi, pair.wr)[0])
             }));
