@@ -213,12 +213,12 @@ impl Viewed<'_> {
         let mut lights: [Vec<f32>; 3] = [const { Vec::new() }; 3];
         let mut weights = Vec::new();
         let mut widths = [0.0; BINS];
-        for bin in 0..BINS {
+        for (bin, width) in widths.iter_mut().enumerate() {
             let [from, to] = [q_of(bin).max(seen[0]), q_of(bin + 1).min(seen[1])];
             if to <= from {
                 continue;
             }
-            widths[bin] = to - from;
+            *width = to - from;
             for [node, weight] in &rule {
                 let q = 0.5 * (from + to) + 0.5 * (to - from) * node;
                 let [cos, sin] = [(1.0 - q * q) / (1.0 + q * q), 2.0 * q / (1.0 + q * q)];

@@ -128,7 +128,18 @@ impl Table {
         grids.map(Grid::bytes).sum()
     }
 
-    /// Of these, bytes that were not copied from the file: see [`Table::from_static`].
+    /// Bytes in memory of what directions are drawn by, and albedos told.
+    pub fn sampling_bytes(&self) -> usize {
+        let known = self
+            .threads
+            .iter()
+            .filter_map(|thread| thread.sampling.as_ref());
+        known
+            .map(|sampling| Sampling::bytes(sampling.histogram.is_some()))
+            .sum()
+    }
+
+    /// Of the coefficients, bytes that were not copied from the file: see [`Table::from_static`].
     pub fn lent_bytes(&self) -> usize {
         let grids = self.threads.iter().flat_map(ThreadTable::grids);
         let lent = grids.filter(|grid| grid.tiles.is_lent());

@@ -110,10 +110,16 @@ impl Nodes {
     }
 }
 
-/// The cell of a place from 0 to 1 between `count` nodes, and where in the cell. (NaN is at 0.)
+/// A number from 0 to 1: the nearest; 0 for what is no number.
+#[inline(always)]
+fn within(x: f32) -> f32 {
+    Lanes::min(Lanes::max(x, 0.0), 1.0)
+}
+
+/// The cell of a place from 0 to 1 between `count` nodes, and where in the cell.
 #[inline(always)]
 fn cell(t: f32, count: usize) -> (usize, f32) {
-    let place = t.max(0.0).min(1.0) * (count - 1) as f32;
+    let place = within(t) * (count - 1) as f32;
     let cell = (place as usize).min(count - 2);
     (cell, place - cell as f32)
 }
@@ -200,7 +206,7 @@ impl Histogram {
         let bin = self.bin(q);
         let [from, to] = self.around(mix, bin);
         let [a, b] = [self.edge(bin), self.edge(bin + 1)];
-        from + (to - from) * ((q - a) / (b - a)).max(0.0).min(1.0)
+        from + (to - from) * within((q - a) / (b - a))
     }
 
     /// The light per q.
@@ -230,7 +236,7 @@ impl Histogram {
             0.5
         };
         let [a, b] = [self.edge(low), self.edge(low + 1)];
-        a + (b - a) * share.max(0.0).min(1.0)
+        a + (b - a) * within(share)
     }
 }
 

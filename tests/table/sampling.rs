@@ -320,7 +320,7 @@ fn what_reflects_light_is_drawn() {
                 let [u, v] = numbers.pair();
                 let z = u * u * u + 1e-7;
                 let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-                let (sin, cos) = (6.283 * v).sin_cos();
+                let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
                 [r * cos, r * sin, z]
             };
             let (wi, wr) = (direction(), direction());
@@ -500,6 +500,12 @@ fn energy_per_view_dims_the_views_that_overshoot_alone() {
         assert!(dimmed.albedo(wr).unwrap().iter().all(|x| *x <= 1.0));
     }
     assert!(overshoots > 3);
+    // Shaders do not know albedos by view.
+    #[cfg(feature = "shader")]
+    assert_eq!(
+        sateen::volume::Volume::new(&dimmed, &sateen::volume::Settings::default()).unwrap_err(),
+        sateen::volume::Error::PerView
+    );
     // The pairs of a scene need no directions drawn, but what they are divided by.
     let scene = Settings {
         energy: Energy::PerView,

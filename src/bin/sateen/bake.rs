@@ -77,6 +77,9 @@ pub(crate) struct BakeArgs {
     /// Whether ρ is scaled where the fabric would reflect more than arrives, as several published fits do.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = Energy::AsIs)]
     energy: Energy,
+    /// Leave out what path tracers draw directions by, some 15 kB a thread. A table of some pairs never has it.
+    #[arg(long)]
+    no_sampling: bool,
     /// When threads are evaluated directly instead of from a grid [default: worthwhile; with limits, where it is cheaper]. Direct
     /// threads are fast in batches; single pairs are faster from grids.
     #[arg(long, value_enum, value_name = "WHEN", conflicts_with_all = ["max_error", "max_ns"])]
@@ -101,6 +104,9 @@ enum Energy {
     AsIs,
     /// On: by one factor, where it is needed; the table records it.
     Clamp,
+    /// On: for each view that more would be reflected to than arrives, when it is looked up; the table records it, and other views stay as
+    /// bright as they are.
+    PerView,
 }
 
 fn parse_nanoseconds(text: &str) -> Result<f64, String> {
@@ -452,6 +458,11 @@ fn settings(args: &BakeArgs) -> Settings {
     settings.chart = args.chart;
     settings.direct = args.direct.unwrap_or(settings.direct);
     settings.made_for = args.made_for;
+    settings.sampling = !args.no_sampling;
+    settings.energy = match args.energy {
+        Energy::AsIs | Energy::Clamp => sateen::table::Energy::AsIs,
+        Energy::PerView => sateen::table::Energy::PerView,
+    };
     settings
 }
 
