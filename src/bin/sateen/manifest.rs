@@ -170,15 +170,11 @@ impl Manifests {
         self.lists.is_empty()
     }
 
-    /// A file that was made from another list, if there is one.
-    fn of_another(&self, list: &str) -> Option<&Path> {
-        let is_other = |(_, other): &&(PathBuf, Option<String>)| {
-            other.as_ref().is_some_and(|other| other != list)
-        };
-        self.lists
-            .iter()
-            .find(is_other)
-            .map(|(path, _)| path.as_path())
+    /// A file beside this one that was made from another list, if there is one.
+    fn of_another(&self, list: &str, this: &Path) -> Option<&Path> {
+        let mut others = self.lists.iter().filter(|(path, _)| path != this);
+        let found = others.find(|(_, other)| other.as_ref().is_some_and(|other| other != list));
+        found.map(|(path, _)| path.as_path())
     }
 }
 
@@ -222,21 +218,20 @@ impl Manifest {
         let path = folder.join(format!("{before}{}{after}", shard.file_name()));
         Output::prepare(&path)?;
         let known = Manifests::read(folder, wanted)?;
-        let another = known.of_another(&head.list);
-        if resume {
-            if let Some(another) = another {
+        if let Some(another) = known.of_another(&head.list, &path) {
+            if resume {
                 say(&format!(
                     "{} is of another list, or of this one as it was; its tables stay. `sateen validate {} --list FILE` tells what is \
                      missing in the end",
                     another.display(),
                     folder.display()
                 ));
+            } else {
+                bail!(
+                    "{} is of another list; --resume adds to its tables, -o names another folder",
+                    another.display()
+                );
             }
-        } else if let Some(another) = another.filter(|another| *another != path) {
-            bail!(
-                "{} is of another list; --resume adds to its tables, -o names another folder",
-                another.display()
-            );
         }
         let cannot = || format!("cannot write {}", path.display());
         let file = File::options()

@@ -136,8 +136,12 @@ impl List {
             folder: folder.unwrap_or(Path::new("")).to_owned(),
             bytes,
         };
-        if list.bytes.starts_with(&[0xff, 0xfe]) || list.bytes.starts_with(&[0xfe, 0xff]) {
-            bail!("{}: it is UTF-16; save it as UTF-8", list.name);
+        // Half of UTF-16 is zeros, and most other files have some.
+        if list.bytes.contains(&0) {
+            bail!(
+                "{}: it is not a list of lines in UTF-8; save it as UTF-8",
+                list.name
+            );
         }
         if !list.lines().any(|(_, line)| is_entry(line)) {
             bail!(
@@ -239,7 +243,7 @@ impl Census {
             .collect();
         let more = match self.broken.len() {
             0 => return Ok(()),
-            ..=SHOWN => String::new(),
+            1..=SHOWN => String::new(),
             count => format!(" and {} more", count - SHOWN),
         };
         bail!(
