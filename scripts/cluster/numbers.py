@@ -49,9 +49,10 @@ def shards(tool, folder, count, rounds):
             seconds, processor, _ = timed(*([[*bake, "--jobs", "2", *output]] if "one" in name else of_shard))
             total[0] += seconds / rounds
             total[1] += processor / rounds
-            print(f"{count} fabrics, {name}: {seconds:.1f} s, {processor:.1f} s of processor time, load {os.getloadavg()[0]:.1f}", flush=True)
+            load = os.getloadavg()[0]
+            print(f"{count} fabrics, {name}: {seconds:.1f} s, {processor:.1f} s of processor time, load {load:.1f}", flush=True)
     one, two = totals.values()
-    print(f"two shards take {two[0] / one[0]:.3f} times the time of one process, {two[1] / one[1]:.3f} times its processor time", flush=True)
+    print(f"two shards: {two[0] / one[0]:.3f} times the time of one process, {two[1] / one[1]:.3f} times the processor time", flush=True)
 
 
 def verify(tool, folder, count):

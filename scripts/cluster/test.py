@@ -170,8 +170,7 @@ class Slurm:
         key.chmod(0o600)
         munge = self.folder / "munge"
         munge.mkdir(mode=0o755)
-        files = {name: munge / f"munge.{end}" for name, end in {"socket": "socket", "pid-file": "pid", "log-file": "log", "seed-file": "seed"}.items()}
-        # Sockets have to be reachable by everybody, temporary folders are not.
+        files = {name: munge / name for name in ("socket", "pid-file", "log-file", "seed-file")}
         self.munged = start("munged", "--foreground", "--force", f"--key-file={key}", *(f"--{name}={path}" for name, path in files.items()))
         wait_until("munged", files["socket"].exists, 30)
         configuration = self.folder / "slurm.conf"

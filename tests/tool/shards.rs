@@ -226,6 +226,7 @@ fn what_is_wrong_with_a_list_is_told_by_line_and_the_rest_is_baked() {
         ("bake --list list.txt -o a.sateen", "need a folder"),
         ("bake --list list.txt a.toml", "cannot be used with"),
         ("validate out new --list list.txt", "checks one folder"),
+        ("validate out", "out is a folder"),
     ] {
         sateen(path, arguments)
             .assert()

@@ -55,6 +55,13 @@ pub(crate) fn run(args: &ValidateArgs) -> Result<Outcome> {
     }
     let mut tables = Vec::new();
     for path in &args.tables {
+        if path.is_dir() {
+            let message = format!(
+                "{} is a folder: name tables, or with --list the list that it was baked from",
+                path.display()
+            );
+            return Err(Usage(message).into());
+        }
         let (table, file_bytes) = load_table(path)?;
         let (_, fabric) = provenance(&table, path)?;
         tables.push((path, table, file_bytes, fabric));
