@@ -138,6 +138,20 @@ pub(crate) struct Output {
 impl Output {
     /// Makes sure, before any work, that `path` can be written: missing folders are made.
     pub(crate) fn prepare(path: &Path) -> Result<Self> {
+        let output = Self::in_folder(path)?;
+        if !output.is_special {
+            let folder = output.folder();
+            fs::create_dir_all(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            remove_leftovers(folder);
+            // Dropped and so removed at once: it was only to find out.
+            output.temporary()?;
+        }
+        Ok(output)
+    }
+
+    /// The same in a folder that another output was prepared in: it is not looked through for each of thousands.
+    pub(crate) fn in_folder(path: &Path) -> Result<Self> {
         if path == Path::new("-") {
             return Err(Usage("-o - is not supported; name a file".to_owned()).into());
         }
@@ -168,14 +182,6 @@ impl Output {
                 "cannot write {}: it is a folder; name a file with -o",
                 path.display()
             );
-        }
-        if !is_special {
-            let folder = output.folder();
-            fs::create_dir_all(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-            remove_leftovers(folder);
-            // Dropped and so removed at once: it was only to find out.
-            output.temporary()?;
         }
         Ok(output)
     }

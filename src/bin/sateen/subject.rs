@@ -17,7 +17,7 @@ use crate::output::{Output, Usage, say};
 
 /// No table takes more: its samples, and as much again for the case that they do not compress. A mistyped path to a film is not
 /// read whole.
-const MAX_TABLE_BYTES: u64 = 2 * MAX_DECODED_BYTES;
+pub(crate) const MAX_TABLE_BYTES: u64 = 2 * MAX_DECODED_BYTES;
 
 /// What an argument names.
 pub(crate) struct Subject {
