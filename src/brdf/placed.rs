@@ -64,9 +64,9 @@ const EVEN: f64 = 4.0;
 const STIFF: f64 = 200.0;
 /// One γ over the other from which on its lobe counts as wide.
 const WIDE_LOBE: f64 = 8.0;
-/// Keeps slopes and half-angle tangents finite …
+/// Keeps slopes finite …
 const SMALL: f64 = 1e-6;
-/// … and products of two quotients' denominators.
+/// … and half-angle tangents, and products of two quotients' denominators.
 const SMALLEST: f64 = 1e-18;
 
 /// A thread's segments, prepared.
@@ -364,10 +364,7 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         let one = L::one();
         let (sin_a, cos_a) = self.turned(segment.from);
         let (sin_b, cos_b) = self.turned(segment.to);
-        let (under_a, under_b) = (
-            (one + cos_a).max(L::of(SMALL)),
-            (one + cos_b).max(L::of(SMALL)),
-        );
+        let (under_a, under_b) = (under_q(sin_a, cos_a), under_q(sin_b, cos_b));
         let over = one / (under_a * under_b);
         let q_a = (sin_a * under_b * over).min(self.up).max(self.low);
         let q_b = (sin_b * under_a * over).min(self.up).max(self.low);
@@ -517,6 +514,14 @@ impl<'a, L: Lanes> Highlight<'a, L> {
             volume_area: nodes.together(sums.volume_area),
         }
     }
+}
+
+/// What q is sin β over: 1 + cos β. Beyond ±90° q is beyond all that is visible: there, where it may be 0, it is enough that q is not
+/// within.
+#[inline(always)]
+fn under_q<L: Lanes>(sin: L, cos: L) -> L {
+    let beyond = (L::of(0.5) * sin.abs()).max(L::of(SMALLEST));
+    L::select(cos.lt(L::zero()), beyond, L::one() + cos)
 }
 
 /// Integrals over a segment.

@@ -414,7 +414,8 @@ SateenHighlight sateen_highlight(SateenPair pair, float4 optics, float half_reac
 // q of a tilt, within what is visible.
 float sateen_q(SateenHighlight highlight, float2 delta) {
     float2 beta = sateen_turned(highlight.turn, delta);
-    float q = beta.y / max(1.0 + beta.x, 1e-6);
+    // Beyond ±90° q is beyond all that is visible: there, near ±180°, it is enough that it is not within.
+    float q = beta.y / (beta.x < 0.0 ? max(0.5 * abs(beta.y), SATEEN_TINY) : 1.0 + beta.x);
     return max(min(q, highlight.up), highlight.low);
 }
 

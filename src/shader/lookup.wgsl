@@ -414,7 +414,8 @@ fn sateen_highlight(pair: SateenPair, optics: vec4f, half_reach: f32) -> SateenH
 // q of a tilt, within what is visible.
 fn sateen_q(highlight: SateenHighlight, delta: vec2f) -> f32 {
     let beta = sateen_turned(highlight.turn, delta);
-    let q = beta.y / max(1.0 + beta.x, 1e-6);
+    // Beyond ±90° q is beyond all that is visible: there, near ±180°, it is enough that it is not within.
+    let q = beta.y / select(1.0 + beta.x, max(0.5 * abs(beta.y), SATEEN_TINY), beta.x < 0.0);
     return max(min(q, highlight.up), highlight.low);
 }
 
