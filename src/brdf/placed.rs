@@ -64,9 +64,9 @@ const EVEN: f64 = 4.0;
 const STIFF: f64 = 200.0;
 /// One γ over the other from which on its lobe counts as wide.
 const WIDE_LOBE: f64 = 8.0;
-/// Keeps slopes finite …
+/// Keeps slopes and half-angle tangents finite …
 const SMALL: f64 = 1e-6;
-/// … and half-angle tangents, and products of two quotients' denominators.
+/// … and products of two quotients' denominators.
 const SMALLEST: f64 = 1e-18;
 
 /// A thread's segments, prepared.
@@ -516,12 +516,12 @@ impl<'a, L: Lanes> Highlight<'a, L> {
     }
 }
 
-/// What q is sin β over: 1 + cos β. Beyond ±90° q is beyond all that is visible: there, where it may be 0, it is enough that q is not
-/// within.
+/// What q is sin β over: 1 + cos β. Near ±180°, where nothing is visible, it is enough that q is beyond ±1.
 #[inline(always)]
 fn under_q<L: Lanes>(sin: L, cos: L) -> L {
+    let under = L::one() + cos;
     let beyond = (L::of(0.5) * sin.abs()).max(L::of(SMALLEST));
-    L::select(cos.lt(L::zero()), beyond, L::one() + cos)
+    L::select(under.lt(L::of(SMALL)), beyond, under)
 }
 
 /// Integrals over a segment.
