@@ -33,10 +33,10 @@ typedef enum sateen_status {
     SATEEN_FILE = 4,           /* the file cannot be read */
     SATEEN_NOT_A_TABLE = 5,    /* some other kind of file */
     SATEEN_VERSION = 6,        /* of a format that this library does not read: upgrade, or bake again */
-    SATEEN_LENGTH = 7,         /* truncated, or bytes follow the end */
+    SATEEN_LENGTH = 7,         /* it ends too soon, or bytes follow the end */
     SATEEN_DAMAGED = 8,        /* a checksum does not match */
     SATEEN_INVALID = 9,        /* a value contradicts the format */
-    SATEEN_TOO_LARGE = 10,     /* more than 256 MiB of samples */
+    SATEEN_TOO_LARGE = 10,     /* would take more memory than allowed, 256 MiB of samples */
     SATEEN_NO_ZSTD = 11,       /* compressed, and the library was built without zstd */
     SATEEN_NO_ALBEDO = 12,     /* the table has no albedos by view: it was baked for some pairs, or with --no-sampling */
     SATEEN_INTERNAL = 13       /* a mistake in the library */

@@ -530,6 +530,18 @@ fn doubt(fabric: &Fabric) {
             ));
         }
     }
+    // π/4 and its multiples, as people round them.
+    for thread in &fabric.threads {
+        let degrees = thread.direction().to_degrees();
+        let eighths = degrees / std::f64::consts::FRAC_PI_4;
+        let is_one = (1.0..=8.0).contains(&eighths.abs().round());
+        if is_one && (eighths - eighths.round()).abs() < 3e-3 {
+            say(&format!(
+                "{}: the direction of {} is {degrees:.4}°; direction_deg is degrees, not radians",
+                fabric.name, thread.name
+            ));
+        }
+    }
     // What is in radians is less than 1.6.
     let widths = |thread: &Thread| [thread.optics.gamma_s, thread.optics.gamma_v];
     let widest = fabric.threads.iter().flat_map(widths).fold(0.0, f64::max);

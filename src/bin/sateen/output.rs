@@ -104,8 +104,32 @@ fn escaped(text: &str) -> String {
     escaped
 }
 
+static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Runs before the runtime, which opens /dev/null in the place of a stdout that is closed: text would vanish without an error.
+#[cfg(target_os = "linux")]
+#[expect(
+    unsafe_code,
+    reason = "only what this section names runs before the runtime"
+)]
+#[used]
+// SAFETY: the C library calls what the section holds, functions that it may give arguments to, which this one does not look at.
+#[unsafe(link_section = ".init_array")]
+static LOOK_AT_STDOUT: extern "C" fn() = {
+    extern "C" fn look() {
+        let open = Path::new("/proc/self/fd");
+        // A link to what is open, which for pipes leads nowhere.
+        let is_closed = open.exists() && open.join("1").symlink_metadata().is_err();
+        STDOUT_IS_CLOSED.store(is_closed, Ordering::Relaxed);
+    }
+    look
+};
+
 /// Writes text to stdout. A reader that has seen enough is no error: work and exit status go on.
 pub(crate) fn print(text: &str) -> Result<()> {
+    if STDOUT_IS_CLOSED.load(Ordering::Relaxed) {
+        anyhow::bail!("cannot write to stdout: it is closed");
+    }
     let mut stdout = io::stdout().lock();
     match stdout
         .write_all(text.as_bytes())
