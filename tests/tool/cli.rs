@@ -389,7 +389,10 @@ fn bad_input_is_explained() {
             format!("{HEADER}\n0,0,1,0,0,0\n"),
             "pairs.csv:2: wr is the zero vector",
         ),
-        (format!("{HEADER}\n0,0,1\n"), "pairs.csv:2: it has 3 cells, and the first line 6"),
+        (
+            format!("{HEADER}\n0,0,1\n"),
+            "pairs.csv:2: it has 3 cells, and the first line 6",
+        ),
     ] {
         let path = pairs(folder.path(), &text);
         sateen()
