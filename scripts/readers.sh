@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Exports read by tools of others: KTX2 by ktx-parse (npm), EXR by OpenImageIO (PyPI), DDS by Panda3D (PyPI) and dds (crates.io), each
-# against the raw texels. (OpenImageIO and Pillow read no DDS of half floats.) Not part of check.sh, since it fetches them:
+# Exports read by tools of others: KTX2 by ktx-parse (npm), EXR by OpenImageIO (PyPI), DDS by Panda3D (PyPI), dds and image_dds
+# (crates.io), each against the raw texels. (OpenImageIO and Pillow say of DDS that they lack its format of half floats.) Not part of
+# check.sh, since it fetches them:
 #
 #     scripts/readers.sh denim.sateen        SATEEN=PATH takes that tool; else it is built
 set -euo pipefail

@@ -263,3 +263,32 @@ impl Source<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Kind;
+
+    #[test]
+    fn a_text_is_told_by_its_keys() {
+        for (text, kind) in [
+            (include_str!("../tables/fabrics/denim.toml"), Kind::Fabric),
+            (
+                include_str!("../tables/patterns/polka-dot-lining.toml"),
+                Kind::Pattern,
+            ),
+            (
+                include_str!("../tables/scenes/product-shot.toml"),
+                Kind::Scene,
+            ),
+            // A scene's objects may have materials.
+            ("[[object]]\n[[material]]\n", Kind::Scene),
+            ("[[material]]\nname = \"a\"\n", Kind::Pattern),
+            ("camera = 1\n", Kind::Scene),
+            ("material is what?", Kind::Fabric),
+            ("", Kind::Fabric),
+        ] {
+            assert_eq!(Kind::of(text.as_bytes()), kind, "{text}");
+        }
+        assert_eq!(Kind::of(b"camera = \"\xff\""), Kind::Fabric);
+    }
+}

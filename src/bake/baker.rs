@@ -4,13 +4,13 @@ use super::choose::{Planned, Representation, choose_all};
 use super::survey::Survey;
 use super::{
     BakeError, Cost, FabricText, Goal, Provenance, Request, Scope, Settings, budget, encode,
-    promise,
+    promise, sampling,
 };
 use crate::fabric::{Fabric, Thread};
 use crate::metrics::Reference;
 use crate::needs::Needs;
 use crate::progress::Progress;
-use crate::table::{Content, Grids, Table, ThreadParameters, ThreadTable};
+use crate::table::{Content, Energy, Grids, Sampling, Table, ThreadParameters, ThreadTable};
 
 /// Bakes tables of one fabric. What they share is found once: how error falls with knots, and the truth that it is measured by.
 pub struct Baker<'a> {
@@ -18,6 +18,8 @@ pub struct Baker<'a> {
     text: FabricText,
     threads: Vec<Survey<'a>>,
     reference: Reference<'a>,
+    /// What there is for sampling, once it is known: albedos alone, or histograms, too.
+    sampling: [Option<Vec<Sampling>>; 2],
 }
 
 /// What a bake made, and what it found.
@@ -64,6 +66,7 @@ impl<'a> Baker<'a> {
             text,
             threads: Survey::of(fabric),
             reference: Reference::new(fabric),
+            sampling: [None, None],
         })
     }
 
@@ -104,12 +107,14 @@ impl<'a> Baker<'a> {
     ) -> Result<Baked, BakeError> {
         let sampling = progress.part(0.0, 0.85);
         let (plans, choices) = choose_all(&mut self.threads, settings, sampling.part(0.0, 0.3))?;
-        let table = self.fill(plans, scope, sampling.part(0.3, 1.0))?;
+        let mut table = self.fill(plans, scope, sampling.part(0.3, 1.0))?;
         let (pairs, seed) = (settings.error_pairs, settings.error_seed);
         let measuring = progress.part(0.85, 1.0);
         let error = self
             .reference
             .measure_table(&table, pairs, seed, measuring)?;
+        // Measured as it is: the truth has no albedos to divide by.
+        self.add_sampling(&mut table, settings, scope, measuring)?;
         let provenance = Provenance {
             tool: crate::TOOL.to_owned(),
             settings: settings.clone(),
@@ -131,6 +136,30 @@ impl<'a> Baker<'a> {
         };
         baked.record();
         Ok(baked)
+    }
+
+    /// Adds what path tracers need, if it is wanted. A table of some pairs draws none, since it may not have them.
+    fn add_sampling(
+        &mut self,
+        table: &mut Table,
+        settings: &Settings,
+        scope: &Scope<'_>,
+        progress: Progress<'_>,
+    ) -> Result<(), BakeError> {
+        let draws = settings.sampling && scope.needs.is_none();
+        if !draws && settings.energy == Energy::AsIs {
+            return Ok(());
+        }
+        let known = &mut self.sampling[usize::from(draws)];
+        if known.is_none() {
+            *known = Some(sampling::sampling_of(self.fabric, draws, progress)?);
+        }
+        let sampling = known.iter().flatten().cloned();
+        for (thread, sampling) in table.threads.iter_mut().zip(sampling) {
+            thread.sampling = Some(sampling);
+        }
+        table.energy = settings.energy;
+        Ok(())
     }
 
     /// The table that is planned.

@@ -21,6 +21,7 @@ mod price;
 mod promise;
 mod provenance;
 mod request;
+mod sampling;
 mod scope;
 mod settings;
 mod size;

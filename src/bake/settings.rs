@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Direct, For};
 use crate::chart::Chart;
+use crate::table::Energy;
 
 /// Size against accuracy, ready-made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,6 +36,12 @@ pub struct Settings {
     /// What evaluation is priced for.
     #[serde(default)]
     pub made_for: For,
+    /// Whether the table gets what draws directions for path tracers, if all of it is baked.
+    #[serde(default)]
+    pub sampling: bool,
+    /// What becomes of views that would reflect more than arrives.
+    #[serde(default)]
+    pub energy: Energy,
     /// The mean relative error to expect of a thread, above which its grid has failed, and which direct evaluation keeps.
     pub max_error: f64,
     /// Relative tolerance of the integral at a site.
@@ -72,6 +79,8 @@ impl Preset {
             target_error,
             direct: Direct::Worthwhile,
             made_for: For::Batch,
+            sampling: true,
+            energy: Energy::AsIs,
             max_error,
             tolerance,
             error_pairs: 16_384,

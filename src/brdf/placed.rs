@@ -364,10 +364,7 @@ impl<'a, L: Lanes> Highlight<'a, L> {
         let one = L::one();
         let (sin_a, cos_a) = self.turned(segment.from);
         let (sin_b, cos_b) = self.turned(segment.to);
-        let (under_a, under_b) = (
-            (one + cos_a).max(L::of(SMALL)),
-            (one + cos_b).max(L::of(SMALL)),
-        );
+        let (under_a, under_b) = (under_q(sin_a, cos_a), under_q(sin_b, cos_b));
         let over = one / (under_a * under_b);
         let q_a = (sin_a * under_b * over).min(self.up).max(self.low);
         let q_b = (sin_b * under_a * over).min(self.up).max(self.low);
@@ -517,6 +514,14 @@ impl<'a, L: Lanes> Highlight<'a, L> {
             volume_area: nodes.together(sums.volume_area),
         }
     }
+}
+
+/// What q is sin β over: 1 + cos β. Near ±180°, where nothing is visible, it is enough that q is beyond ±1.
+#[inline(always)]
+fn under_q<L: Lanes>(sin: L, cos: L) -> L {
+    let under = L::one() + cos;
+    let beyond = (L::of(0.5) * sin.abs()).max(L::of(SMALLEST));
+    L::select(under.lt(L::of(SMALL)), beyond, under)
 }
 
 /// Integrals over a segment.

@@ -36,7 +36,7 @@ struct FabricToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [[thread]]")]
 struct ThreadToml {
     name: Spanned<String>,
     direction_deg: Spanned<DirectionToml>,

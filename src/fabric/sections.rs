@@ -13,20 +13,20 @@ use crate::brdf::limits;
 use crate::text::{AlbedoToml, Source, TextError};
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [lambert]")]
 pub(super) struct LambertToml {
     albedo: Spanned<AlbedoToml>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [oren_nayar]")]
 pub(super) struct OrenNayarToml {
     albedo: Spanned<AlbedoToml>,
     sigma_deg: Spanned<f64>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [torrance_sparrow]")]
 pub(super) struct TorranceSparrowToml {
     diffuse: Spanned<AlbedoToml>,
     specular: Spanned<AlbedoToml>,
@@ -42,14 +42,14 @@ pub(super) struct TorranceSparrowToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [irawan]")]
 pub(super) struct IrawanToml {
     diffuse: Spanned<AlbedoToml>,
     yarn: Spanned<Vec<YarnToml>>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [[irawan.yarn]]")]
 struct YarnToml {
     direction_deg: Spanned<f64>,
     coverage: Spanned<f64>,

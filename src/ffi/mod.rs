@@ -22,7 +22,7 @@ use core::{ptr, slice};
 use buffers::{albedos_of, direction_of, put, say};
 use status::guarded;
 
-use crate::lookup::Quantity;
+use crate::lookup::{Quantity, View};
 use crate::math::simd::Level;
 use crate::table::{Error, Table};
 
@@ -480,6 +480,116 @@ unsafe fn many(
             table.eval_batch_at(level, albedos, quantity, wi, wr, values);
         }
         Ok(())
+    };
+    Status::of_result(guarded(evaluate))
+}
+
+/// A direction that has been drawn: `sateen_sample` in C. All zeros if there is none.
+#[repr(C)]
+#[derive(Clone, Copy, Default)]
+pub struct Sample {
+    wi: [f32; 3],
+    rho: [f32; 3],
+    pdf: f32,
+}
+
+/// [`Table::has_sampling`].
+///
+/// # Safety
+/// That of [`query`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sateen_has_sampling(table: *const Handle) -> i32 {
+    // SAFETY: as the caller promises.
+    unsafe { query(table, 0, |handle| handle.table.has_sampling().into()) }
+}
+
+/// [`Table::sample_cos`], with other albedos.
+///
+/// # Safety
+/// That of [`query`]; `albedos` leads to `albedo_count` times three floats, `wr` to three, `u` to two and `sample` to a sample, or they are
+/// null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sateen_sample_cos(
+    table: *const Handle,
+    albedos: *const f32,
+    albedo_count: usize,
+    wr: *const f32,
+    u: *const f32,
+    sample: *mut Sample,
+) -> Status {
+    let draw = |view: View<'_>| {
+        if u.is_null() {
+            return Err(Status::NullArgument);
+        }
+        // SAFETY: the caller promises two floats; they need not be aligned.
+        let u = unsafe { u.cast::<[f32; 2]>().read_unaligned() };
+        let drawn = view.sample_cos(u).map(|drawn| Sample {
+            wi: drawn.wi,
+            rho: drawn.rho,
+            pdf: drawn.pdf,
+        });
+        Ok(drawn.unwrap_or_default())
+    };
+    // SAFETY: as the caller promises.
+    unsafe { at_view(table, albedos, albedo_count, wr, sample, draw) }
+}
+
+/// [`Table::pdf`], with other albedos.
+///
+/// # Safety
+/// That of [`query`]; `albedos` leads to `albedo_count` times three floats, `wi` and `wr` to three and `pdf` to one, or they are null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sateen_pdf(
+    table: *const Handle,
+    albedos: *const f32,
+    albedo_count: usize,
+    wi: *const f32,
+    wr: *const f32,
+    pdf: *mut f32,
+) -> Status {
+    // SAFETY: as the caller promises.
+    let density = |view: View<'_>| Ok(view.pdf(unsafe { direction_of(wi) }?));
+    // SAFETY: as the caller promises.
+    unsafe { at_view(table, albedos, albedo_count, wr, pdf, density) }
+}
+
+/// [`Table::albedo`], with other albedos of threads.
+///
+/// # Safety
+/// That of [`query`]; `albedos` leads to `albedo_count` times three floats, `wr` and `albedo` to three, or they are null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sateen_albedo(
+    table: *const Handle,
+    albedos: *const f32,
+    albedo_count: usize,
+    wr: *const f32,
+    albedo: *mut f32,
+) -> Status {
+    let of = |view: View<'_>| view.albedo().ok_or(Status::NoAlbedo);
+    // SAFETY: as the caller promises.
+    unsafe { at_view(table, albedos, albedo_count, wr, albedo.cast(), of) }
+}
+
+/// # Safety
+/// That of [`sateen_albedo`]; `to` leads to a `T`, or is null.
+unsafe fn at_view<T>(
+    table: *const Handle,
+    albedos: *const f32,
+    albedo_count: usize,
+    wr: *const f32,
+    to: *mut T,
+    of: impl FnOnce(View<'_>) -> Result<T, Status>,
+) -> Status {
+    let evaluate = || {
+        // SAFETY: as the caller promises.
+        let handle = unsafe { table.as_ref() }.ok_or(Status::NullArgument)?;
+        // SAFETY: as the caller promises.
+        let albedos = unsafe { albedos_of(albedos, albedo_count) }?;
+        // SAFETY: as the caller promises.
+        let wr = unsafe { direction_of(wr) }?;
+        let value = of(handle.table.at_view(albedos, wr))?;
+        // SAFETY: as the caller promises.
+        unsafe { put(to, value) }.ok_or(Status::NullArgument)
     };
     Status::of_result(guarded(evaluate))
 }

@@ -33,12 +33,13 @@ typedef enum sateen_status {
     SATEEN_FILE = 4,           /* the file cannot be read */
     SATEEN_NOT_A_TABLE = 5,    /* some other kind of file */
     SATEEN_VERSION = 6,        /* of a format that this library does not read: upgrade, or bake again */
-    SATEEN_LENGTH = 7,         /* truncated, or bytes follow the end */
+    SATEEN_LENGTH = 7,         /* it ends too soon, or bytes follow the end */
     SATEEN_DAMAGED = 8,        /* a checksum does not match */
     SATEEN_INVALID = 9,        /* a value contradicts the format */
-    SATEEN_TOO_LARGE = 10,     /* more than 256 MiB of samples */
+    SATEEN_TOO_LARGE = 10,     /* would take more memory than allowed, 256 MiB of samples */
     SATEEN_NO_ZSTD = 11,       /* compressed, and the library was built without zstd */
-    SATEEN_INTERNAL = 12       /* a mistake in the library */
+    SATEEN_NO_ALBEDO = 12,     /* the table has no albedos by view: it was baked for some pairs, or with --no-sampling */
+    SATEEN_INTERNAL = 13       /* a mistake in the library */
 } sateen_status;
 
 /* What a status means: English, never NULL. */
@@ -99,6 +100,29 @@ sateen_status sateen_eval_with(const sateen_table *table, const float *albedos, 
                                const float *wr, float *brdf);
 sateen_status sateen_eval_cos_with(const sateen_table *table, const float *albedos, size_t albedo_count, const float *wi,
                                    const float *wr, float *rho);
+
+/* Drawing of directions, for path tracers: the viewer wr is known, a light is sought. Albedos of threads are as before. */
+
+/* A direction that has been drawn. `rho` / `pdf` is what the light from `wi` counts. */
+typedef struct sateen_sample {
+    float wi[3];
+    float rho[3]; /* BRDF times cosine */
+    float pdf;    /* per steradian; 0, and all else, too: there is no sample */
+} sateen_sample;
+
+/* 1 if the table knows where its light comes from. Else directions are drawn by the cosine. */
+int sateen_has_sampling(const sateen_table *table);
+
+/* A direction for the view, by two numbers `u` from 0 to below 1. No sample where wr is not above the surface, or u is out of range. */
+sateen_status sateen_sample_cos(const sateen_table *table, const float *albedos, size_t albedo_count, const float *wr,
+                                const float *u, sateen_sample *sample);
+
+/* The density per steradian of sateen_sample_cos to draw wi; 0 where a direction is not above the surface. */
+sateen_status sateen_pdf(const sateen_table *table, const float *albedos, size_t albedo_count, const float *wi, const float *wr,
+                         float *pdf);
+
+/* What is reflected to the view of white light from everywhere, three floats. */
+sateen_status sateen_albedo(const sateen_table *table, const float *albedos, size_t albedo_count, const float *wr, float *albedo);
 
 /* Many directions: as many floats of x, of y and of z as there are pairs. */
 typedef struct sateen_directions {

@@ -33,12 +33,14 @@ pub enum Status {
     TooLarge = 10,
     /// They are compressed, and the library was built without zstd.
     NoZstd = 11,
+    /// The table does not have what is asked.
+    NoAlbedo = 12,
     /// There is a mistake in the library.
-    Internal = 12,
+    Internal = 13,
 }
 
 impl Status {
-    const ALL: [Self; 13] = [
+    const ALL: [Self; 14] = [
         Self::Ok,
         Self::NullArgument,
         Self::InvalidBuffer,
@@ -51,6 +53,7 @@ impl Status {
         Self::Invalid,
         Self::TooLarge,
         Self::NoZstd,
+        Self::NoAlbedo,
         Self::Internal,
     ];
 
@@ -94,6 +97,9 @@ impl Status {
             Some(Self::Invalid) => c"a value contradicts the format",
             Some(Self::TooLarge) => c"the table would take more memory than allowed",
             Some(Self::NoZstd) => c"compressed, but this library was built without zstd",
+            Some(Self::NoAlbedo) => {
+                c"the table has no albedos by view: bake it without --no-sampling"
+            }
             Some(Self::Internal) => c"internal error: please report it",
             None => c"no status of sateen's",
         }

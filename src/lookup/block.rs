@@ -6,7 +6,7 @@ use super::rim::BlendRim;
 use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave, without_cosine};
 use crate::math::simd::{Directions, Kernel, Level, Row, Vector};
 use crate::math::{Vec3, each, splat};
-use crate::table::{Grid, SegmentGrid, Segments, Table, ThreadTable};
+use crate::table::{Energy, Grid, SegmentGrid, Segments, Table, ThreadTable};
 
 /// Up to `N` pairs and what is known of them, a multiple of `STEP`, which is one of all vectors' lanes. What is behind the
 /// last pair does not matter.
@@ -110,6 +110,15 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
             }
             stage::<V, R, N, _>(level, Add(self, table, thread, albedo));
             see(self);
+        }
+        if table.energy == Energy::PerView {
+            for pair in 0..self.pairs {
+                let [x, y, z] = &self.wr;
+                let dimming = table.dimming(albedos, [x[pair], y[pair], z[pair]]);
+                for sum in &mut self.sum {
+                    sum[pair] *= dimming;
+                }
+            }
         }
     }
 

@@ -8,6 +8,8 @@
 //! 2. `rim`: pairs near the thread's horizon by placed tilts, those of a block collected in full vectors.
 //! 3. Single tilts by their closed form, the projection, and the sum over threads.
 //!
+//! `sampling` draws directions for a view, and tells how likely they are, from tables of their own.
+//!
 //! `batch` runs it over slices; `pair` is one pair, with parts of all threads side by side instead of pairs. All are compiled for every
 //! instruction set of [`crate::math::simd`]. These round differently, so that results differ by at most 1e-4 of the value and a thousandth
 //! of the mean, 5e-7 on average (`tests/table/parity.rs`).
@@ -19,8 +21,10 @@ mod pair;
 #[cfg(feature = "shader")]
 mod points;
 mod rim;
+mod sampling;
 mod scalar;
 
 pub use batch::Quantity;
 #[cfg(feature = "shader")]
 pub(crate) use points::roots;
+pub use sampling::{Sample, View};

@@ -9,7 +9,7 @@ use crate::brdf::{
 use crate::chart::Several;
 use crate::math::simd::{Kernel, Row, Vector};
 use crate::math::{Vec3, each, splat};
-use crate::table::{GridGroup, Group, PARTS, Parts, Place, SegmentGroup, Table, dye, load};
+use crate::table::{Energy, GridGroup, Group, PARTS, Parts, Place, SegmentGroup, Table, dye, load};
 
 /// What is asked of a table: a value, and whether it was not baked.
 pub(super) struct Pair<'a> {
@@ -65,9 +65,13 @@ impl Kernel for Pair<'_> {
             sums.project(arcs, projection_of_arcs(arc, wr));
         }
         let [r, g, b] = sums.colour;
+        let dimming = match table.energy {
+            Energy::AsIs => 1.0,
+            Energy::PerView => table.dimming(self.albedos, self.wr),
+        };
         let weave = Weave {
             q: table.gap * wr[2] + total(sums.q),
-            scale: table.rho_scale,
+            scale: dimming * table.rho_scale,
             sum: [total(r), total(g), total(b)],
         };
         let value = match self.quantity {

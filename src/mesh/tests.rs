@@ -81,6 +81,57 @@ fn triangles_may_be_lists_strips_and_fans_of_floats_or_integers() {
 }
 
 #[test]
+fn instances_are_where_as_many_nodes_would_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let half = 0.5f32.sqrt();
+    let [places, turns, scales] = [
+        vec![-2., 0., 0., 0., 3., 1.],
+        vec![0., 0., 0., 1., 0., 0., half, half],
+        vec![1., 1., 1., 2., -1., 1.],
+    ];
+    let moved = |mesh: Mesh| (mesh.positions, mesh.mirrored, mesh.triangles);
+    let read = |change: &dyn Fn(&mut Value)| {
+        let file = square(folder.path(), |file| {
+            file["nodes"] = json!([{ "scale": [1, 2, 1], "children": [1] }, { "mesh": 0 }]);
+            change(file);
+        });
+        moved(
+            file.unwrap()
+                .into_parts()
+                .pop()
+                .unwrap()
+                .into_mesh()
+                .unwrap(),
+        )
+    };
+    let instances = read(&|file| {
+        add_floats(file, folder.path(), &places, "VEC3");
+        add_floats(file, folder.path(), &turns, "VEC4");
+        add_floats(file, folder.path(), &scales, "VEC3");
+        let attributes = json!({ "TRANSLATION": 6, "ROTATION": 7, "SCALE": 8 });
+        file["nodes"][1]["extensions"] =
+            json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+        file["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
+    });
+    let nodes = read(&|file| {
+        // Those that come last are visited first.
+        file["nodes"][0]["children"] = json!([2, 1]);
+        let node = |k: usize| {
+            json!({
+                "mesh": 0,
+                "translation": places[3 * k..3 * k + 3],
+                "rotation": turns[4 * k..4 * k + 4],
+                "scale": scales[3 * k..3 * k + 3],
+            })
+        };
+        file["nodes"][1] = node(0);
+        file["nodes"].as_array_mut().unwrap().push(node(1));
+    });
+    assert_eq!(instances, nodes);
+    assert_eq!(instances.2.len(), 4);
+}
+
+#[test]
 fn the_weft_turns_where_texture_coordinates_are_mirrored() {
     let folder = tempfile::tempdir().unwrap();
     let mirrored = |change: &dyn Fn(&mut Value)| {
@@ -113,19 +164,24 @@ fn the_weft_turns_where_texture_coordinates_are_mirrored() {
 /// Another accessor, the seventh, of four vectors in a buffer of their own.
 fn add_floats(file: &mut Value, folder: &Path, floats: &[f32], shape: &str) {
     let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
-    fs::write(folder.join("more.bin"), &bytes).unwrap();
-    let mut push = |list: &str, entry: Value| file[list].as_array_mut().unwrap().push(entry);
-    push(
-        "buffers",
-        json!({ "uri": "more.bin", "byteLength": bytes.len() }),
-    );
-    push(
+    let mut push = |list: &str, entry: Value| {
+        let list = file[list].as_array_mut().unwrap();
+        list.push(entry);
+        list.len() - 1
+    };
+    let uri = format!("{shape}-{:?}.bin", floats.first());
+    fs::write(folder.join(&uri), &bytes).unwrap();
+    let length = bytes.len();
+    let buffer = push("buffers", json!({ "uri": uri, "byteLength": length }));
+    let view = push(
         "bufferViews",
-        json!({ "buffer": 1, "byteOffset": 0, "byteLength": bytes.len() }),
+        json!({ "buffer": buffer, "byteOffset": 0, "byteLength": length }),
     );
+    let components: usize = shape[3..].parse().unwrap();
+    let count = floats.len() / components;
     push(
         "accessors",
-        json!({ "bufferView": 4, "componentType": 5126, "count": 4, "type": shape }),
+        json!({ "bufferView": view, "componentType": 5126, "count": count, "type": shape }),
     );
 }
 
@@ -196,7 +252,7 @@ fn what_a_file_hides_is_not_drawn() {
 fn what_is_wrong_with_a_gltf_file_is_said() {
     let folder = tempfile::tempdir().unwrap();
     type Change = fn(&mut Value);
-    let cases: [(Change, &str); 24] = [
+    let cases: [(Change, &str); 27] = [
         (
             |file| {
                 file["nodes"][0]["skin"] = json!(0);
@@ -209,7 +265,30 @@ fn what_is_wrong_with_a_gltf_file_is_said() {
                 file["nodes"][0]["extensions"] =
                     json!({ "EXT_mesh_gpu_instancing": { "attributes": {} } });
             },
-            "nodes[0] has EXT_mesh_gpu_instancing",
+            "nodes[0] has no attributes of its instances",
+        ),
+        (
+            |file| {
+                let attributes = json!({ "TRANSLATION": 0, "_ID": 2 });
+                file["nodes"][0]["extensions"] =
+                    json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+            },
+            "or not as many of each",
+        ),
+        (
+            |file| {
+                file["accessors"][5]["count"] = json!(u64::MAX);
+                let attributes = json!({ "_ID": 5 });
+                file["nodes"][0]["extensions"] =
+                    json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+            },
+            "counting every node and instance",
+        ),
+        (
+            |file| {
+                file.as_object_mut().unwrap().remove("scenes");
+            },
+            "it has no scene",
         ),
         (
             |file| file["nodes"][0]["children"] = json!([0]),
@@ -332,9 +411,32 @@ fn a_small_file_may_not_repeat_its_triangles_forever() {
     assert_eq!(areas(repeated(1000).unwrap()), [2.0]);
     let error = repeated((1 << 19) + 1).err().unwrap().to_string();
     assert!(
-        error.contains("more than 1048576 triangles, counting every node"),
+        error.contains("more than 1048576 triangles, counting every node and instance"),
         "{error}"
     );
+}
+
+#[test]
+fn a_small_file_may_not_have_its_numbers_read_forever() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = square(folder.path(), |file| {
+        // Zeros without bytes, of which no triangle has any.
+        file["accessors"][0] = json!({
+            "componentType": 5126,
+            "count": 1 << 23,
+            "type": "VEC3",
+            "sparse": {
+                "count": 1,
+                "indices": { "bufferView": 2, "componentType": 5123 },
+                "values": { "bufferView": 0 },
+            },
+        });
+        let primitive = json!({ "attributes": { "POSITION": 0 }, "indices": 2 });
+        file["accessors"][2]["count"] = json!(0);
+        file["meshes"][0]["primitives"] = vec![primitive; 1000].into();
+    });
+    let error = file.err().unwrap().to_string();
+    assert!(error.contains("the same numbers too often"), "{error}");
 }
 
 #[test]
@@ -383,6 +485,7 @@ fn an_obj_file_may_have_what_is_no_face() {
         format!("{OBJ}{face}\n"),
         format!("\u{feff}{OBJ}{face}"),
         format!("{OBJ}{face} # front\r\n"),
+        format!("{OBJ}{face}\n").replace('\n', "\r"),
         format!("{OBJ}f 1/1 2/2 \\\n3/3 4/4\n"),
         format!("{OBJ}f -4/-4 -3/-3 -2/-2 -1/-1\n"),
         format!("{OBJ}usemtl\no\ng\n{face}\n"),
@@ -391,6 +494,73 @@ fn an_obj_file_may_have_what_is_no_face() {
         fs::write(&path, &text).unwrap();
         assert_eq!(area(&load_mesh(&path).unwrap()), 2.0, "{text}");
     }
+}
+
+/// An OBJ file of one face along these points, each of which is its own texture coordinate.
+fn polygon(path: &Path, points: &[[f32; 2]]) -> Mesh {
+    let mut text = String::new();
+    for [x, y] in points {
+        text += &format!("v {x} {y} 0\nvt {x} {y}\n");
+    }
+    text += "f";
+    for k in 1..=points.len() {
+        text += &format!(" {k}/{k}");
+    }
+    fs::write(path, text).unwrap();
+    load_mesh(path).unwrap()
+}
+
+#[test]
+fn faces_that_bend_inwards_are_filled_within_their_edges() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    let all_face_up = |mesh: &Mesh| {
+        let facing = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|k| mesh.positions[k as usize]);
+            (b - a).cross(c - a).z > -1e-6
+        };
+        mesh.triangles.iter().all(facing)
+    };
+    // An L whose inner corner the first does not see, a comb, and a star of many points; then the same from each corner on and backwards.
+    let l = vec![[0., 0.], [2., 0.], [2., 1.], [1., 1.], [1., 2.], [0., 2.]];
+    let mut comb = vec![[9., -1.], [9., 3.]];
+    comb.extend((0..9).map(|k| [8.5 - k as f32, if k % 2 == 0 { 0. } else { 3. }]));
+    comb.push([0., -1.]);
+    let star: Vec<[f32; 2]> = (0..200)
+        .map(|k| {
+            let (sin, cos) = (std::f32::consts::TAU * k as f32 / 200.).sin_cos();
+            let radius = (1 + k % 2) as f32;
+            [radius * cos, radius * sin]
+        })
+        .collect();
+    for points in [l, comb, star] {
+        let shoelace = |points: &[[f32; 2]]| -> f32 {
+            let next = points.iter().cycle().skip(1);
+            points
+                .iter()
+                .zip(next)
+                .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
+                .sum()
+        };
+        let expected = shoelace(&points);
+        assert!(expected > 0.0);
+        for first in 0..points.len().min(12) {
+            let mut points = points.clone();
+            points.rotate_left(first);
+            let mesh = polygon(&path, &points);
+            assert!((area(&mesh) / expected - 1.0).abs() < 1e-4, "{first}");
+            assert!(
+                all_face_up(&mesh),
+                "{first}: some triangle is beyond the edges"
+            );
+            points.reverse();
+            let mesh = polygon(&path, &points);
+            assert!((area(&mesh) / expected + 1.0).abs() < 1e-4, "{first}");
+        }
+    }
+    // What crosses itself is filled somehow.
+    polygon(&path, &[[0., 0.], [1., 1.], [1., 0.], [0., 1.]]);
+    polygon(&path, &[[0., 0.], [1., 0.], [0., 0.], [1., 0.]]);
 }
 
 #[test]

@@ -69,6 +69,26 @@ pub enum PairsFileError {
         /// Which.
         column: &'static str,
     },
+    /// A line has more cells than the first, or fewer.
+    #[error(
+        "{file}:{line}: it has {found} cells, and the first line {expected}; write decimals with a point, and no comments"
+    )]
+    Ragged {
+        /// The file, or the name it was given.
+        file: String,
+        /// Line, from 1.
+        line: u64,
+        /// Its cells.
+        found: u64,
+        /// Those of the first line.
+        expected: u64,
+    },
+    /// The file is no text, or in another encoding.
+    #[error("cannot read the pairs {file}: it is not UTF-8 text; save it as CSV in UTF-8")]
+    NotText {
+        /// The file, or the name it was given.
+        file: String,
+    },
     /// A cell is no number.
     #[error("{file}:{line}: {column} is {text:?}, but must be a finite number")]
     NotANumber {
@@ -191,6 +211,27 @@ impl Cells {
     }
 }
 
+/// What the CSV reader says, in other words where it is easily said better.
+fn unreadable(file: String, error: csv::Error) -> PairsFileError {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths {
+            pos,
+            expected_len,
+            len,
+        } => PairsFileError::Ragged {
+            file,
+            line: pos.as_ref().map_or(0, csv::Position::line),
+            found: *len,
+            expected: *expected_len,
+        },
+        csv::ErrorKind::Utf8 { .. } => PairsFileError::NotText { file },
+        _ => PairsFileError::Unreadable {
+            file,
+            source: error.into(),
+        },
+    }
+}
+
 struct Reader<'a, R> {
     file: &'a str,
     csv: csv::Reader<Limited<R>>,
@@ -256,8 +297,7 @@ impl<'a, R: Read> Reader<'a, R> {
             } else if limited.line_left == 0 {
                 PairsFileError::LineTooLong { file, line }
             } else {
-                let source = error.into();
-                PairsFileError::Unreadable { file, source }
+                unreadable(file, error)
             }
         })
     }
@@ -307,10 +347,14 @@ impl<'a, R: Read> Reader<'a, R> {
             "it seems to be separated by semicolons: separate cells by commas, and write decimals with a point"
         } else if has_all(&lower, '\t') {
             "it seems to be separated by tabs: separate cells by commas"
+        } else if has_all(&lower, '|') {
+            "it seems to be separated by |: separate cells by commas"
         } else if has_all(&lower, ' ') {
             "it seems to be separated by spaces: separate cells by commas"
         } else if has_all(&lower, ',') {
             "it has capitals: write the names of the columns in small letters"
+        } else if has_all(&lower.replace("wo_", "wr_"), ',') {
+            "wi is the direction to the light, and that to the viewer is called wr here"
         } else if line
             .split(',')
             .all(|cell| cell.trim().parse::<f64>().is_ok())

@@ -328,6 +328,21 @@ impl Sadeghi<f32> {
         }
     }
 
+    /// a S/Q and a V/Q of one thread, and Q, of every pair: what of ρ is the thread's, by a rule that takes the same steps for every pair.
+    pub(crate) fn shares_batch(
+        &self,
+        thread: usize,
+        wi: Directions<'_>,
+        wr: Directions<'_>,
+        shares: Colours<'_>,
+    ) {
+        let of = Shares {
+            model: self,
+            thread,
+        };
+        map_pairs(Level::detect(), &of, wi, wr, shares);
+    }
+
     /// Whether the rule takes the same steps for every pair.
     fn is_in_lanes(&self) -> bool {
         let adaptive = |thread: &Thread<f32>| matches!(thread.tangents, Tangents::Adaptive(_));
@@ -351,5 +366,41 @@ impl PairFunction for InLanes<'_> {
                 |thread, model, wi, wr| thread.response_in_lanes(model, wi, wr),
             )
             .rho()
+    }
+}
+
+/// What of a model's ρ is a thread's.
+struct Shares<'a> {
+    model: &'a Sadeghi<f32>,
+    thread: usize,
+}
+
+impl PairFunction for Shares<'_> {
+    #[inline(always)]
+    fn at<V: Vector, R: Row>(&self, wi: Vec3<V>, wr: Vec3<V>) -> Vec3<V> {
+        let mut seen = 0;
+        let mut share = [V::zero(); 2];
+        let weave = self.model.weave(
+            &[],
+            wi,
+            wr,
+            #[inline(always)]
+            |thread| {
+                if seen == self.thread {
+                    share = [thread.response.surface, thread.response.volume];
+                }
+                seen += 1;
+            },
+            #[inline(always)]
+            |thread, model, wi, wr| thread.response_in_lanes(model, wi, wr),
+        );
+        let coverage = splat::<f32, V>(self.model.threads[self.thread].coverage);
+        let of = Weave {
+            q: weave.q,
+            scale: V::one(),
+            sum: [coverage * share[0], coverage * share[1], V::zero()],
+        };
+        let [surface, volume, _] = of.rho();
+        [surface, volume, weave.q]
     }
 }

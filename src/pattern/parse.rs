@@ -48,7 +48,7 @@ struct PatternToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [[material]]")]
 struct MaterialToml {
     name: Spanned<String>,
     fabric: Spanned<String>,
@@ -58,7 +58,7 @@ struct MaterialToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [dots]")]
 struct DotsToml {
     background: Spanned<String>,
     dots: Spanned<String>,
@@ -69,7 +69,7 @@ struct DotsToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [stripes]")]
 struct StripesToml {
     materials: Vec<Spanned<String>>,
     widths: Spanned<Vec<Spanned<f64>>>,
@@ -77,14 +77,14 @@ struct StripesToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [checks]")]
 struct ChecksToml {
     materials: Exactly<Spanned<String>, 2>,
     size: Exactly<Spanned<f64>, 2>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [mask]")]
 struct MaskToml {
     image: Spanned<String>,
     materials: Spanned<Vec<Spanned<String>>>,
@@ -92,7 +92,7 @@ struct MaskToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [albedo]")]
 struct ImageToml {
     image: Spanned<String>,
     material: Spanned<String>,

@@ -414,7 +414,9 @@ SateenHighlight sateen_highlight(SateenPair pair, float4 optics, float half_reac
 // q of a tilt, within what is visible.
 float sateen_q(SateenHighlight highlight, float2 delta) {
     float2 beta = sateen_turned(highlight.turn, delta);
-    float q = beta.y / max(1.0 + beta.x, 1e-6);
+    float under = 1.0 + beta.x;
+    // Near ±180°, where nothing is visible, it is enough that q is beyond ±1.
+    float q = beta.y / (under < 1e-6 ? max(0.5 * abs(beta.y), SATEEN_TINY) : under);
     return max(min(q, highlight.up), highlight.low);
 }
 

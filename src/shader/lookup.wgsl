@@ -414,7 +414,9 @@ fn sateen_highlight(pair: SateenPair, optics: vec4f, half_reach: f32) -> SateenH
 // q of a tilt, within what is visible.
 fn sateen_q(highlight: SateenHighlight, delta: vec2f) -> f32 {
     let beta = sateen_turned(highlight.turn, delta);
-    let q = beta.y / max(1.0 + beta.x, 1e-6);
+    let under = 1.0 + beta.x;
+    // Near ±180°, where nothing is visible, it is enough that q is beyond ±1.
+    let q = beta.y / select(under, max(0.5 * abs(beta.y), SATEEN_TINY), under < 1e-6);
     return max(min(q, highlight.up), highlight.low);
 }
 

@@ -43,6 +43,7 @@ mod misses;
 mod numbers;
 mod parts;
 mod rows;
+mod sampling;
 
 pub use axis::{Axis, MAX_DEPTH, MAX_KNOTS, MOST_UNEVEN, REACH};
 pub(crate) use axis::{Place, TAPS};
@@ -62,6 +63,11 @@ pub(crate) use parts::{GridGroup, Group, PARTS, Parts, SegmentGroup, dye, load};
 pub(crate) use rows::Rows;
 #[cfg(feature = "bake")]
 pub(crate) use rows::{Run, place_of};
+#[cfg(feature = "bake")]
+pub(crate) use sampling::{
+    ALBEDO_NODES, Albedo, BINS, EDGE_UNIT, HISTOGRAM_NODES, albedo_place, histogram_place,
+};
+pub(crate) use sampling::{Histogram, Mix, SAMPLED, Sampling, ViewPlace};
 
 use alloc::{boxed::Box, string::String, vec::Vec};
 
@@ -85,6 +91,19 @@ pub struct Table {
     pub(crate) misses: Misses,
     /// What one pair is evaluated with, if that is all.
     pub(crate) parts: Option<Parts>,
+    pub(crate) energy: Energy,
+}
+
+/// What becomes of views that the published parameters reflect more to than arrives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "bake", serde(rename_all = "kebab-case"))]
+pub enum Energy {
+    /// They stay as bright as they are.
+    #[default]
+    AsIs,
+    /// ρ is divided by the largest channel of the directional albedo of the view, where that is above 1.
+    PerView,
 }
 
 impl Table {
@@ -109,7 +128,18 @@ impl Table {
         grids.map(Grid::bytes).sum()
     }
 
-    /// Of these, bytes that were not copied from the file: see [`Table::from_static`].
+    /// Bytes in memory of what directions are drawn by, and albedos told.
+    pub fn sampling_bytes(&self) -> usize {
+        let known = self
+            .threads
+            .iter()
+            .filter_map(|thread| thread.sampling.as_ref());
+        known
+            .map(|sampling| Sampling::bytes(sampling.histogram.is_some()))
+            .sum()
+    }
+
+    /// Of the coefficients, bytes that were not copied from the file: see [`Table::from_static`].
     pub fn lent_bytes(&self) -> usize {
         let grids = self.threads.iter().flat_map(ThreadTable::grids);
         let lent = grids.filter(|grid| grid.tiles.is_lent());
@@ -136,7 +166,25 @@ impl Table {
             reweighting,
             metadata: String::new(),
             misses: Misses::default(),
+            energy: Energy::AsIs,
         }
+    }
+
+    /// What becomes of views that would reflect more than arrives.
+    pub fn energy(&self) -> Energy {
+        self.energy
+    }
+
+    /// Whether it knows what it reflects of light from everywhere: [`Table::albedo`].
+    pub fn has_albedo(&self) -> bool {
+        !self.threads.is_empty() && self.threads.iter().all(|thread| thread.sampling.is_some())
+    }
+
+    /// Whether it knows where that light comes from, and so can draw directions well: [`Table::sample_cos`].
+    pub fn has_sampling(&self) -> bool {
+        let sampling =
+            |thread: &ThreadTable| thread.sampling.as_ref()?.histogram.as_ref().map(drop);
+        self.threads.first().and_then(sampling).is_some()
     }
 
     /// Whether pairs, or albedos, can be asked for that it was not baked for: see [`Table::misses`].
@@ -195,6 +243,8 @@ pub struct ThreadTable {
     pub(crate) optics: Optics<f32>,
     pub(crate) tangents: TangentCurve<f32>,
     pub(crate) segments: Segments,
+    /// What it reflects by view, if the table knows.
+    pub(crate) sampling: Option<Sampling>,
 }
 
 /// How a thread's segments are evaluated.
@@ -264,6 +314,7 @@ impl ThreadTable {
             optics,
             tangents,
             parameters,
+            sampling: None,
         }
     }
 

@@ -25,6 +25,8 @@ pub enum Error {
         /// The most that there may be.
         side: usize,
     },
+    /// The table divides ρ by the albedo of the view, which shaders do not know.
+    PerView,
 }
 
 impl core::fmt::Display for Error {
@@ -41,6 +43,9 @@ impl core::fmt::Display for Error {
             Self::TooDeep { slabs, side } => write!(
                 f,
                 "a volume of this table is at least {slabs} texels deep, but {side} are allowed; fewer threads with grids would fit"
+            ),
+            Self::PerView => f.write_str(
+                "this table keeps energy per view, which shaders do not; bake it with --energy clamp or as-is",
             ),
         }
     }

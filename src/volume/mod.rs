@@ -65,7 +65,7 @@ pub use nodes::Nodes;
 use half::f16;
 
 use crate::chart::Coordinates;
-use crate::table::{Grid, Table};
+use crate::table::{Energy, Grid, Table};
 
 /// Texels along each side at most: what WebGPU promises, and what implementations of WebGL 2 have, though its promise is 256.
 pub const MAX_SIDE: usize = 2048;
@@ -145,8 +145,11 @@ impl Volume {
     /// from the other.
     ///
     /// # Errors
-    /// When `settings` leave too little room, or more than [`MAX_BYTES`].
+    /// When `settings` leave too little room, or more than [`MAX_BYTES`]; or the table's energy is kept per view.
     pub fn new(table: &Table, settings: &Settings) -> Result<Self, Error> {
+        if table.energy() == Energy::PerView {
+            return Err(Error::PerView);
+        }
         if settings.max_bytes > MAX_BYTES {
             return Err(Error::TooMuch {
                 bytes: settings.max_bytes,

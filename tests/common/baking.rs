@@ -20,6 +20,7 @@ pub(crate) fn tiny() -> Settings {
         error_pairs: 256,
         tolerance: 1e-3,
         direct: Direct::Never,
+        sampling: false,
         ..Preset::Draft.settings()
     }
 }

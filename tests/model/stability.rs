@@ -161,6 +161,28 @@ fn placed_nodes_are_as_exact_for_the_narrowest_lobe() {
 }
 
 #[test]
+fn placed_nodes_see_all_of_an_upright_thread_from_the_very_horizon() {
+    // Where the highlight and an end of the thread both lie at the horizon, the end is turned by 180°.
+    let fabric = Sweep::Range.apply(&fabric("denim"), 90.0).unwrap();
+    let reference = Sadeghi::<f64>::new(&fabric, Rule::REFERENCE);
+    let double = Sadeghi::<f64>::new(&fabric, Rule::Quadrature(6));
+    let single = Sadeghi::<f32>::new(&fabric, Rule::Quadrature(6));
+    let [x, y] = [0.767_217, 0.641_387_64];
+    for z in [1e-9, 1e-8, 1e-7, 3e-7, 1e-6, 1e-5] {
+        let (wi, wr) = ([x, -y, z], [x, y, z]);
+        let exact = reference.eval_cos(wi, wr)[0];
+        let to_single = |w: [f64; 3]| w.map(|x| x as f32);
+        let placed = [
+            double.eval_cos(wi, wr)[0],
+            f64::from(single.eval_cos(to_single(wi), to_single(wr))[0]),
+        ];
+        for value in placed {
+            assert!((value / exact - 1.0).abs() < 1e-3, "{z}: {value} {exact}");
+        }
+    }
+}
+
+#[test]
 fn placed_nodes_find_a_volume_lobe_that_is_the_narrower() {
     for (gamma_s_deg, gamma_v_deg) in [(10f64, 1f64), (10.0, 0.1), (1.0, 0.05), (20.0, 10.0)] {
         let mut fabric = fabric("polyester-lining");

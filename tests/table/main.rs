@@ -14,6 +14,7 @@ mod hostile_tables;
 mod needs;
 mod parity;
 mod rim;
+mod sampling;
 mod tiles;
 #[cfg(feature = "shader")]
 mod volume;

@@ -4,7 +4,7 @@ use crate::common::{assert_light, fabric, hostile_directions, tiny, tiny_table};
 use proptest::prelude::*;
 use std::sync::LazyLock;
 
-use sateen::bake::{BakeError, Provenance, Request, Scope, Settings, bake};
+use sateen::bake::{BakeError, Provenance, Request, Scope, Settings, bake, forecast};
 use sateen::fabric::Fabric;
 use sateen::metrics::protocol_pairs;
 use sateen::needs::{Directions, Needs};
@@ -119,6 +119,52 @@ fn where_it_was_baked_a_table_is_that_of_everything_to_the_last_bit() {
         );
         assert_eq!(pruned.misses(), missing);
     }
+}
+
+#[test]
+fn what_a_bake_leaves_out_is_known_before_it_is_done() {
+    let needs = some_needs();
+    for (name, full, part) in tables() {
+        let scope = Scope {
+            needs: Some(&needs),
+            fixed_albedo: false,
+        };
+        let forecast = forecast(&fabric(name), &tiny(), &scope, Progress::silent()).unwrap();
+        let mut decoded = [0; 2];
+        let threads = part.threads().iter().zip(full.threads());
+        assert_eq!(forecast.threads.len(), part.threads().len(), "{name}");
+        for (said, (part, full)) in forecast.threads.iter().zip(threads) {
+            assert_eq!(said.thread, part.name(), "{name}");
+            let Some(said) = &said.grid else {
+                assert!(part.grid().is_none(), "{name}");
+                continue;
+            };
+            let [part, full] = [part, full].map(|thread| thread.grid().unwrap());
+            assert_eq!(said.coordinates, part.coordinates(), "{name}");
+            assert_eq!(said.cells, part.baked_cells(), "{name}");
+            assert_eq!(said.bytes, [part.bytes(), full.bytes()], "{name}");
+            assert!(said.sites[0] < said.sites[1] && said.seconds[0] < said.seconds[1]);
+            for projection in &said.projections {
+                let [right, up] = projection.knots.each_ref().map(Vec::len);
+                assert!(!projection.shares.is_empty() && projection.shares.len() <= up);
+                for shares in &projection.shares {
+                    assert!(!shares.is_empty() && shares.len() <= right);
+                    assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)));
+                }
+            }
+            decoded[0] += said.bytes[0];
+            decoded[1] += said.bytes[1];
+        }
+        assert!(decoded[0] < decoded[1], "{name}: {decoded:?}");
+    }
+    // What needs nothing has no forecast.
+    let none = Needs::none();
+    let scope = Scope {
+        needs: Some(&none),
+        fixed_albedo: false,
+    };
+    let error = forecast(&fabric("felt"), &tiny(), &scope, Progress::silent());
+    assert!(matches!(error, Err(BakeError::NotNeeded(_))));
 }
 
 #[test]

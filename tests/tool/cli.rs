@@ -389,7 +389,10 @@ fn bad_input_is_explained() {
             format!("{HEADER}\n0,0,1,0,0,0\n"),
             "pairs.csv:2: wr is the zero vector",
         ),
-        (format!("{HEADER}\n0,0,1\n"), "cannot read the pairs"),
+        (
+            format!("{HEADER}\n0,0,1\n"),
+            "pairs.csv:2: it has 3 cells, and the first line 6",
+        ),
     ] {
         let path = pairs(folder.path(), &text);
         sateen()
@@ -701,6 +704,28 @@ fn whatever_a_verb_is_at_an_interrupt_ends_it_within_a_second() {
             }
             let names = ["many.toml", "pairs.csv"];
             assert_eq!(names_in(folder.path()), names, "{arguments:?}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_a_bake_of_hundreds_of_workers_within_a_second() {
+    let folder = folder();
+    let arguments = ["bake", "denim", "--preset", "fine"];
+    for signal in ["-INT", "-TERM"] {
+        for (jobs, variable) in [(&["-j", "1024"][..], None), (&[], Some("1024"))] {
+            let mut command = Process::new(assert_cmd::cargo::cargo_bin("sateen"));
+            command.args(arguments).args(jobs);
+            command.arg("-o").arg(folder.path().join("denim.sateen"));
+            if let Some(workers) = variable {
+                command.env("RAYON_NUM_THREADS", workers);
+            }
+            let mut bake = command.spawn().unwrap();
+            wait_for_work(&mut bake, 1.0);
+            assert!(bake.try_wait().unwrap().is_none(), "it takes minutes");
+            assert_eq!(end(&mut bake, signal), Some(1), "{signal} {jobs:?}");
+            assert!(names_in(folder.path()).is_empty());
         }
     }
 }

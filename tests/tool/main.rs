@@ -11,5 +11,6 @@ mod ffi;
 mod mistakes;
 #[cfg(feature = "cli")]
 mod report;
+mod shards;
 #[cfg(feature = "cli")]
 mod stress;

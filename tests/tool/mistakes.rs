@@ -41,11 +41,141 @@ fn headers_of_pairs_are_quoted_with_what_they_seem_to_be() {
         (format!("# measured\n{PAIR}"), "a comment"),
         (format!("sep=,\n{PAIR}"), "a spreadsheet"),
         ("0,0,1,0,0,1\n".to_owned(), "a pair already"),
+        (PAIR.replace(',', "|"), "separated by |"),
+        (
+            PAIR.replace("wi_", "wo_").replace("wr_", "wi_"),
+            "is called wr here",
+        ),
         ("x,y,z\n".to_owned(), "name the columns"),
     ] {
         let line = format!("{:?}", header.lines().next().unwrap());
         let files = [("p.csv", &*header)];
         says(&files, "eval faux-suede --pairs p.csv", 1, &[words, &line]);
+    }
+}
+
+#[test]
+fn lines_of_pairs_that_cannot_be_read_are_named() {
+    for (line, words) in [
+        (
+            "0,5,0,1,0,0,1",
+            "p.csv:3: it has 7 cells, and the first line 6",
+        ),
+        (
+            "# measured",
+            "p.csv:3: it has 1 cells, and the first line 6",
+        ),
+        ("0,0,1,0,0,1%", "p.csv:3: wr_z is \"1%\""),
+    ] {
+        let text = format!("{PAIR}{line}\n");
+        says(
+            &[("p.csv", &*text)],
+            "eval faux-suede --pairs p.csv",
+            1,
+            &[words],
+        );
+    }
+    let (folder, mut command) = sateen(&[], "eval faux-suede --pairs p.csv");
+    fs::write(folder.path().join("p.csv"), b"\xff\xfew\0i\0").unwrap();
+    let not_text = contains("not UTF-8 text; save it as CSV in UTF-8");
+    command.assert().code(1).stderr(not_text);
+}
+
+#[test]
+fn arguments_of_another_kind_are_told_what_they_are_for() {
+    const FABRIC: &str = include_str!("../../tables/fabrics/denim.toml");
+    const PATTERN: &str = include_str!("../../tables/patterns/polka-dot-lining.toml");
+    let files = [
+        ("a.obj", "v 0 0 0\n"),
+        ("a.png", ""),
+        ("a.csv", PAIR),
+        ("a.sateen", ""),
+        ("mine.toml", FABRIC),
+        ("b.toml", PATTERN),
+    ];
+    let mesh = "a.obj is a mesh";
+    for (arguments, words) in [
+        (
+            "scene denim",
+            [
+                "denim is a fabric of the library, not a scene",
+                "sateen bake denim",
+            ],
+        ),
+        (
+            "scene mine.toml",
+            [
+                "mine.toml is a fabric, not a scene",
+                "`sateen bake mine.toml`",
+            ],
+        ),
+        (
+            "scene b.toml",
+            ["b.toml is a pattern, not a scene", "`sateen bake b.toml`"],
+        ),
+        ("scene a.obj", [mesh, "`sateen render mesh a.obj FABRIC"]),
+        (
+            "render scene a.obj -o b.png",
+            [mesh, "`sateen render mesh a.obj FABRIC"],
+        ),
+        (
+            "bake --scene a.sateen -o b/",
+            ["a.sateen is a table, not a scene", "sateen info"],
+        ),
+        (
+            "bake a.obj -o b.sateen",
+            [mesh, "`sateen render mesh a.obj FABRIC"],
+        ),
+        (
+            "eval a.csv --pairs denim",
+            ["a.csv is a CSV file of pairs", "FABRIC --pairs a.csv`"],
+        ),
+        (
+            "render sphere a.png -o b.png",
+            ["a.png is a picture", "sateen compare a.png"],
+        ),
+        (
+            "info mine.toml",
+            [
+                "mine.toml is a TOML file, not a table",
+                "sateen bake mine.toml",
+            ],
+        ),
+        (
+            "info a.png",
+            ["a.png is a picture, not a table", "sateen compare a.png"],
+        ),
+    ] {
+        says(&files, arguments, 2, &words);
+    }
+}
+
+#[test]
+fn a_fit_does_not_replace_the_file_that_it_reads() {
+    const FABRIC: &str = include_str!("../../tables/fabrics/denim.toml");
+    let (folder, mut command) = sateen(
+        &[("mine.toml", FABRIC)],
+        "fit lambert mine.toml -o ./mine.toml",
+    );
+    let words = contains("-o mine.toml is what is read");
+    command.assert().code(2).stderr(words);
+    let kept = fs::read_to_string(folder.path().join("mine.toml")).unwrap();
+    assert_eq!(kept, FABRIC);
+}
+
+#[test]
+fn values_in_the_place_of_sections_are_told_so() {
+    for (text, words) in [
+        (
+            "mask = \"a.png\"\n[[material]]\n",
+            "expected a section [mask]",
+        ),
+        ("thread = [1]\n", "expected a section [[thread]]"),
+        ("lambert = 0.5\n", "expected a section [lambert]"),
+    ] {
+        let text = format!("name = \"a\"\ntitle = \"A\"\nsource = \"none\"\n{text}");
+        let files = [("a.toml", &*text)];
+        says(&files, "render sphere a.toml -o a.png", 1, &[words]);
     }
 }
 
@@ -304,6 +434,11 @@ fn doubtful_parameters_are_told_by_bake() {
         "bake f.toml --preset draft -o f.sateen",
     );
     command.assert().success().stderr("");
+    let text = include_str!("../../tables/fabrics/tshirt-white.toml");
+    let text = text.replace("direction_deg = 0", "direction_deg = 1.5708");
+    let files = [("f.toml", &*text)];
+    let words = ["1.5708°; direction_deg is degrees, not radians"];
+    says(&files, "bake f.toml --preset draft -o f.sateen", 0, &words);
 }
 
 #[test]
@@ -347,6 +482,31 @@ fn output_may_be_the_standard_one_by_its_name() {
         let arguments = format!("eval faux-suede --pairs p.csv -o {output}");
         let (_folder, mut command) = sateen(&[("p.csv", PAIR)], &arguments);
         command.assert().success().stdout(contains("rho_r"));
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_stdout_is_an_error_and_one_that_leads_nowhere_is_none() {
+    let tool = assert_cmd::cargo::cargo_bin("sateen");
+    for (to, code) in [
+        (">&-", 1),
+        (">/dev/null", 0),
+        ("<&- >/dev/null", 0),
+        ("| true", 0),
+    ] {
+        let line = format!("{} fabrics {to}", tool.display());
+        let output = std::process::Command::new("sh")
+            .args(["-c", &line])
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{to}: {said}");
+        assert_eq!(
+            said.contains("stdout: it is closed"),
+            code == 1,
+            "{to}: {said}"
+        );
     }
 }
 

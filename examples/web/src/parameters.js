@@ -34,7 +34,7 @@ function threadRecord(thread, grids, array) {
     [0, 0, 0, 0],
     [0, 0, 0, 0],
   ];
-  if (kind === 2) {
+  if (nodes.length > 0) {
     const whole = pushArcs(array, segments.map(([from, to, weight]) => [from, to, weight / (to - from)]));
     record[4] = [...whole, ...push(array, nodes.map(([node, weight]) => [node, weight, 0, 0]))];
     // src/brdf/placed.rs
@@ -71,6 +71,7 @@ function pushArcs(array, arcs) {
 
 function pushGrid(array, { grid, nodes, scale, firstSlab }) {
   const axes = nodes.map((axis) => pushWarp(array, axis));
+  axes[3][3] = grid.rim;
   const head = [
     [grid.chart, Number(grid.endsFold), Number(grid.sidesFold), firstSlab],
     [...scale, nodes[2].places.length, nodes[3].places.length],

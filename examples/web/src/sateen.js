@@ -6,7 +6,10 @@ import { ZSTDDecoder } from 'zstddec';
 export class FileError extends Error {}
 
 const MAGIC = [0x89, 0x53, 0x41, 0x54, 0x45, 0x45, 0x4e, 0x0a];
+const VERSION = 3;
 const MAX_DECODED_BYTES = 1 << 28;
+/** Zeros behind the last chunk. */
+const MARGIN = 64;
 const HALF_PI = 0.5 * Math.PI;
 
 export function isSateen(bytes) {
@@ -20,9 +23,9 @@ export function isSateen(bytes) {
 export async function readSateen(bytes) {
   const header = new Reader(bytes);
   header.offset = 8;
-  const [major, minor] = [header.u16(), header.u16()];
-  if (major !== 2 || minor > 5) {
-    throw new FileError(`it is of version ${major}.${minor} of the format, and this page knows 2.0 to 2.5`);
+  const version = header.u32();
+  if (version !== VERSION) {
+    throw new FileError(`it is of version ${version} of the format, and this page reads version ${VERSION}; bake the fabric anew`);
   }
   const length = header.u32();
   const crc = header.u32();
@@ -37,10 +40,10 @@ export async function readSateen(bytes) {
   const both = header.u8() === 1;
   header.offset += 3;
   const sigmaU = header.f32();
-  const rhoScale = minor >= 1 ? header.f32() : 1;
+  const rhoScale = header.f32();
   const threads = [];
   for (let count = header.count(64); count > 0; count--) {
-    threads.push(readThread(header, minor));
+    threads.push(readThread(header));
   }
   const chunks = [];
   for (let k = 0; k < chunkCount; k++) {
@@ -50,29 +53,33 @@ export async function readSateen(bytes) {
   if (chunks.reduce((sum, chunk) => sum + chunk.decoded, 0) > MAX_DECODED_BYTES) {
     throw new FileError('it takes more memory than tables do');
   }
+  const end = Math.max(...chunks.map((chunk) => chunk.offset + chunk.stored));
+  if (bytes.length < end + MARGIN) {
+    throw new FileError('it is not complete');
+  }
   const decoder = new ZSTDDecoder();
   await decoder.init();
-  const decode = (chunk, word, channels) => {
-    if (chunk === undefined || chunk.offset + chunk.stored > bytes.length) {
-      throw new FileError('it is not complete');
+  const decode = (chunk, before) => {
+    if (chunk === undefined) {
+      throw new FileError('its header is damaged');
     }
     const stored = bytes.subarray(chunk.offset, chunk.offset + chunk.stored);
     if (crc32(stored) !== chunk.crc) {
       throw new FileError('it is damaged');
     }
     const decoded = chunk.codec === 0 ? stored.slice() : decoder.decode(stored, chunk.decoded);
-    return chunk.codec === 2 ? joinPlanes(decoded, word, channels) : decoded;
+    return chunk.codec === 2 ? joinPlanes(decoded, before) : decoded;
   };
   const grids = threads.flatMap((thread) => thread.grids);
   grids.forEach((grid, k) => {
-    grid.coefficients = coefficients(grid, decode(chunks[k + 1], grid.word, 2));
+    grid.coefficients = coefficients(grid, decode(chunks[k + 1], 2 * grid.channels));
   });
   const coverage = threads.reduce((sum, thread) => sum + thread.coverage, 0);
-  const metadata = new TextDecoder().decode(decode(chunks[0], 1, 1));
+  const metadata = new TextDecoder().decode(decode(chunks[0], 0));
   return { gap: Math.max(1 - coverage, 0), sigmaU, rhoScale, both, threads, metadata };
 }
 
-function readThread(header, minor) {
+function readThread(header) {
   const name = String.fromCharCode(...header.take(header.count(64)));
   header.align(4);
   const direction = header.f64();
@@ -88,63 +95,82 @@ function readThread(header, minor) {
   };
   const tilts = rows(2);
   const segments = rows(3);
-  const kind = header.u32();
-  const nodes = kind === 2 ? rows(2) : [];
+  const code = header.u32();
+  if (code > 4) {
+    throw new FileError('its header is damaged');
+  }
+  // A grid with a rim is evaluated by nodes beyond: shaders take that for a grid.
+  const rim = code === 4 ? 0.01 * header.u32() : 0;
+  const kind = code === 4 ? 1 : code;
+  const nodes = code === 2 || code === 4 ? rows(2) : [];
   const grids = [];
-  for (let count = [0, 1, 0, 2][kind] ?? 0; count > 0; count--) {
-    grids.push(readGrid(header, minor));
+  for (let count = [0, 1, 0, 2][kind]; count > 0; count--) {
+    grids.push(readGrid(header, rim));
   }
   return { name, direction, coverage, albedo, eta, kd, gammaS, gammaV, tilts, segments, kind, nodes, grids };
 }
 
-function readGrid(header, minor) {
+/** Which of S and V the channels of a grid are; of a grey thread S + A V is lit as S is. */
+const CONTENTS = [[0, 1], [0], [1], [0]];
+
+function readGrid(header, rim) {
   const chart = header.u8();
   const bits = header.u8();
-  const encoding = header.u8();
-  if (header.u8() !== 0) {
-    throw new FileError('it was baked for a part of all pairs alone; make a texture of it with `sateen export`, and show that');
-  }
-  if (chart > 3 || encoding > 4) {
+  const zero = header.u8();
+  const flags = header.u8();
+  if (chart > 3 || zero !== 0 || flags > 7) {
     throw new FileError('its header is damaged');
+  }
+  if ((flags & 1) === 1) {
+    throw new FileError('it was baked for a part of all pairs alone; make a texture of it with `sateen export`, and show that');
   }
   const scale = [header.f32(), header.f32()];
   const isThread = chart < 2;
   const sidesFold = (bits & 2) === 0;
-  const bends = isThread ? [true, false, true, !sidesFold] : [chart === 2, false, false, false];
-  const axes = bends.map((implied) => {
+  const axes = Array.from({ length: 4 }, () => {
     const count = header.u16();
     const depth = header.u8();
-    const flag = header.u8();
+    const bends = header.u8() === 1;
     const knots = Array.from({ length: count }, () => header.u16());
     header.align(4);
-    return new Axis(depth, knots, minor >= 3 ? flag === 1 : implied);
+    return new Axis(depth, knots, bends);
   });
   return {
     // As the parameters of shaders have them.
     chart,
     endsFold: isThread && (bits & 1) === 1,
     sidesFold: isThread ? sidesFold : chart === 3 && (bits & 1) === 1,
-    isRoot: encoding >= 2,
-    encoding,
-    word: [4, 2, 4, 2, 1][encoding],
+    rim,
+    // Axes on which functions bend at ½.
+    bends: isThread ? [true, true, true, !sidesFold] : [chart === 2, chart === 2, false, false],
+    content: CONTENTS[flags >> 1],
+    channels: CONTENTS[flags >> 1].length,
     scale,
     axes,
   };
 }
 
-/** Coefficients [u₃][u₂][u₁][u₀][channel], times their scales. */
-function coefficients(grid, bytes) {
-  const { encoding, word, scale, axes } = grid;
-  const count = 2 * axes.reduce((product, axis) => product * axis.length, 1);
-  if (bytes.length !== count * word) {
+/** Coefficients [u₃][u₂][u₁][u₀][S or V], times their scales, of tiles [u₃][u₂][u₁/2][u₀][channel][2]. */
+function coefficients({ channels, content, scale, axes }, bytes) {
+  const [n0, n1, n2, n3] = axes.map((axis) => axis.length);
+  const tiles = Math.ceil(n1 / 2);
+  if (bytes.length !== 4 * channels * n0 * tiles * n2 * n3) {
     throw new FileError('it is damaged');
   }
-  const Numbers = [Float32Array, Int16Array, Float32Array, Int16Array, Int8Array][encoding];
-  const unit = [1, 32767, 1, 32767, 127][encoding];
-  const stored = new Numbers(bytes.buffer, bytes.byteOffset, count);
-  const numbers = new Float32Array(count);
-  for (let k = 0; k < count; k++) {
-    numbers[k] = (stored[k] * scale[k & 1]) / unit;
+  const stored = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  const numbers = new Float32Array(2 * n0 * n1 * n2 * n3);
+  let out = 0;
+  for (let plane = 0; plane < n2 * n3; plane++) {
+    for (let row = 0; row < n1; row++) {
+      const tile = 2 * channels * n0 * (tiles * plane + (row >> 1)) + (row & 1);
+      for (let k = 0; k < n0; k++) {
+        for (let channel = 0; channel < channels; channel++) {
+          const c = stored.getInt16(2 * (tile + 2 * (channels * k + channel)), true);
+          numbers[out + content[channel]] = (c / 32767) * scale[channel];
+        }
+        out += 2;
+      }
+    }
   }
   return numbers;
 }
@@ -183,22 +209,16 @@ class Axis {
   }
 }
 
-/** From planes of the bytes of differences to numbers. */
-function joinPlanes(planes, word, channels) {
-  const count = planes.length / word;
-  const bytes = new Uint8Array(planes.length);
-  const view = new DataView(bytes.buffer);
-  const last = new Uint32Array(channels);
-  const set = [null, view.setUint8, view.setUint16, null, view.setUint32][word].bind(view);
+/** From planes of the bytes of differences, each to the number so many `before`, to numbers of two bytes. */
+function joinPlanes(planes, before) {
+  const count = planes.length / 2;
+  const numbers = new Uint16Array(count);
   for (let i = 0; i < count; i++) {
-    let difference = 0;
-    for (let k = word - 1; k >= 0; k--) {
-      difference = difference * 256 + planes[k * count + i];
-    }
-    last[i % channels] += difference;
-    set(i * word, last[i % channels], true);
+    numbers[i] = planes[i] + 256 * planes[count + i] + (i < before ? 0 : numbers[i - before]);
   }
-  return bytes;
+  const bytes = new DataView(new ArrayBuffer(planes.length));
+  numbers.forEach((number, i) => bytes.setUint16(2 * i, number, true));
+  return new Uint8Array(bytes.buffer);
 }
 
 class Reader {

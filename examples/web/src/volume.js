@@ -219,7 +219,7 @@ function linesOf(grid, axis, unit) {
       for (let tap = 0; tap < weights.length; tap++) {
         sum += weights[tap] * row[2 * (first + tap) + channel];
       }
-      return grid.isRoot ? Math.max(sum, 0) : Math.sqrt(Math.max(sum, 0));
+      return Math.max(sum, 0);
     };
     const roots = new Float32Array(2 * places.length);
     for (let k = 0; k < places.length; k++) {
@@ -265,15 +265,12 @@ function radicalInverse(base, index) {
 
 /** Writes the texels of a grid. Returns what 1 stands for in S and V. */
 function fill(grid, nodes, [width, height], texels) {
-  const rows = grid.axes.map((axis, k) => rowsOf(grid, axis, nodes[k]));
+  const rows = grid.axes.map((axis, k) => rowsOf(axis, nodes[k], grid.bends[k]));
   const [n0, n1, n2, n3] = rows.map((row) => row.length);
   const values = contract(grid.coefficients, grid.axes.map((axis) => axis.length), rows);
   const largest = [0, 0];
   for (let k = 0; k < values.length; k++) {
     values[k] = Math.max(values[k], 0);
-    if (!grid.isRoot) {
-      values[k] = Math.sqrt(values[k]);
-    }
     largest[k & 1] = Math.max(largest[k & 1], values[k]);
   }
   const over = largest.map((value) => (value > 0 ? 1 / value : 0));
@@ -303,12 +300,12 @@ function fill(grid, nodes, [width, height], texels) {
 
 /**
  * Of every node the first coefficient and the weights that make up its value. A function that bends one way lies on one side of the
- * chords between its values; nodes are moved by what it does on average beside them (src/volume/fill.rs), unless they are at an end or a
- * kink, or what is interpolated is no spline but the root of one.
+ * chords between its values; nodes are moved by what it does on average beside them (src/volume/fill.rs), unless they are at an end or
+ * where functions bend.
  */
-function rowsOf(grid, axis, { depth, places }) {
+function rowsOf(axis, { depth, places }, bends) {
   const at = places.map((place) => place / 2 ** depth);
-  const isKink = (u) => u === 0.5 && grid.chart < 3;
+  const isKink = (u) => u === 0.5 && bends;
   return at.map((u, k) => {
     const sums = new Map();
     const add = (u, share) => {
@@ -317,7 +314,7 @@ function rowsOf(grid, axis, { depth, places }) {
     };
     add(u, 1);
     const isInner = k > 0 && k + 1 < at.length;
-    if (isInner && !isKink(u) && grid.isRoot) {
+    if (isInner && !isKink(u)) {
       const all = at[k + 1] - at[k - 1];
       for (const [from, to] of [[at[k - 1], u], [u, at[k + 1]]]) {
         const share = ((2 / 3) * (to - from)) / all;

@@ -121,7 +121,7 @@ test('files that are none are told in words, and what was shown stays', { skip: 
   const damaged = Uint8Array.from(table);
   damaged[damaged.length - 100] ^= 1;
   const newer = Uint8Array.from(table);
-  newer[8] = 3;
+  newer[8] = 4;
   const ktx2 = Uint8Array.from([0xab, 0x4b, 0x54, 0x58, 0x20, 0x32, 0x30, 0xbb, 0x0d, 0x0a, 0x1a, 0x0a, ...new Array(200).fill(7)]);
   for (const [name, bytes, words] of [
     ['photo.png', Uint8Array.from([1, 2, 3]), /photo\.png cannot be shown: it is neither a table/],
@@ -129,7 +129,7 @@ test('files that are none are told in words, and what was shown stays', { skip: 
     ['short.sateen', table.subarray(0, table.length / 2), /not complete/],
     ['stub.sateen', table.subarray(0, 30), /not complete/],
     ['bits.sateen', damaged, /damaged/],
-    ['new.sateen', newer, /version 3/],
+    ['new.sateen', newer, /version 4 .* reads version 3/],
     ['stub.ktx2', ktx2, /stub\.ktx2 cannot be shown/],
   ]) {
     await drop(page, name, bytes);

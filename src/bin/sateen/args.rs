@@ -149,7 +149,10 @@ mod tests {
         assert_eq!(parse_size("64KiB"), Ok(65536));
         assert_eq!(parse_size("1.5MiB"), Ok(3 << 19));
         assert_eq!(parse_size("8MB"), Ok(8_000_000));
-        assert_eq!(parse_size("16.5 kB"), Ok(16_500));
+        for text in ["16.5 kB", "16.5KB", "16.5kb"] {
+            assert_eq!(parse_size(text), Ok(16_500), "{text}");
+        }
+        assert_eq!(parse_size("1mib"), Ok(1 << 20));
         for bad in [
             "",
             "64",

@@ -1,5 +1,6 @@
 //! `sateen bake`
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,24 +17,27 @@ use sateen::needs::Needs;
 use sateen::progress::Progress;
 use sateen::scene::Albedo;
 use sateen::table::Table;
+use sateen::text::read_ordinary;
 use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::args::{Dye, Print, Workers, parse_error, parse_size};
 use crate::info::scope_text;
+use crate::manifest::{self, Head, Manifest, Row};
 use crate::output::{
-    Bar, Output, Usage, adapted_line, bytes, choice_lines, error_lines, go_on, in_memory, print,
-    print_json, say, sizes, use_workers, ways,
+    Bar, Output, Usage, adapted_line, bytes, choice_lines, counted, error_lines, go_on, in_memory,
+    print, print_json, say, sizes, use_workers, ways,
 };
 use crate::record::load_needs;
 use crate::scene::load_scene;
-use crate::subject::{load_fabrics, load_table, provenance};
+use crate::shard::{List, Shard, parse_shard, sha256, sha256_of};
+use crate::subject::{MAX_TABLE_BYTES, load_fabrics, load_table, provenance, read};
 
 /// Bake fabrics into tables and print the size and the error of each.
 #[derive(clap::Args)]
 pub(crate) struct BakeArgs {
     /// Names from the library, or TOML files of fabrics; or of patterns, which are baked as the fabrics that they need.
-    #[arg(value_name = "FABRIC|PATTERN", required_unless_present_any = ["all", "scene"])]
+    #[arg(value_name = "FABRIC|PATTERN", required_unless_present_any = ["all", "scene", "list"])]
     fabrics: Vec<String>,
     /// Bake the whole library.
     #[arg(long, conflicts_with = "fabrics")]
@@ -42,6 +46,13 @@ pub(crate) struct BakeArgs {
     /// TOML, glTF or GLB file; `sateen scene` tells what it needs.
     #[arg(long, value_name = "SCENE", conflicts_with_all = ["fabrics", "all", "needs", "albedo", "variant"])]
     scene: Option<PathBuf>,
+    /// Bake what a file lists: library names and TOML files of fabrics and patterns, one a line, `-` for stdin. Paths begin at the
+    /// list's folder. The tables get a manifest beside them: docs/cluster.md.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["fabrics", "all", "scene", "variant", "max_error", "max_bytes", "max_ns"])]
+    list: Option<PathBuf>,
+    /// Bake only one of N shards of the list, the first is 1/N. A fabric's parameters decide which it is in, not its place.
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    shard: Option<Shard>,
     /// Bake only the pairs that were recorded; several recordings are joined.
     #[arg(long, value_name = "FILE")]
     needs: Vec<PathBuf>,
@@ -77,6 +88,9 @@ pub(crate) struct BakeArgs {
     /// Whether ρ is scaled where the fabric would reflect more than arrives, as several published fits do.
     #[arg(long, value_enum, value_name = "HOW", default_value_t = Energy::AsIs)]
     energy: Energy,
+    /// Leave out what path tracers draw directions by, some 15 kB a thread. A table of some pairs never has it.
+    #[arg(long)]
+    no_sampling: bool,
     /// When threads are evaluated directly instead of from a grid [default: worthwhile; with limits, where it is cheaper]. Direct
     /// threads are fast in batches; single pairs are faster from grids.
     #[arg(long, value_enum, value_name = "WHEN", conflicts_with_all = ["max_error", "max_ns"])]
@@ -101,6 +115,9 @@ enum Energy {
     AsIs,
     /// On: by one factor, where it is needed; the table records it.
     Clamp,
+    /// On: for each view that more would be reflected to than arrives, when it is looked up; the table records it, and other views stay as
+    /// bright as they are.
+    PerView,
 }
 
 fn parse_nanoseconds(text: &str) -> Result<f64, String> {
@@ -112,6 +129,14 @@ fn parse_nanoseconds(text: &str) -> Result<f64, String> {
 
 pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
     use_workers(&args.workers)?;
+    if let Some(list) = &args.list {
+        return run_list(args, list);
+    }
+    // clap forgets what is required where that conflicts with something else.
+    if args.shard.is_some() {
+        let message = "--shard is a part of a list: name the list with --list FILE";
+        return Err(Usage(message.to_owned()).into());
+    }
     let mut jobs = match &args.scene {
         Some(path) => jobs_of_scene(path)?,
         None => jobs_of_fabrics(args)?,
@@ -134,33 +159,181 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
         .map(|(job, path)| Target::of(job, path, &settings, args.resume))
         .collect::<Result<_>>()?;
 
-    let mut outcome = Outcome::Done;
-    let mut bar = Bar::new(jobs.len());
-    let mut results = Vec::new();
+    let mut run = Run::new(args, settings, jobs.len());
     for ((job, path), target) in jobs.iter().zip(&paths).zip(&targets) {
-        let fabric = &job.fabric;
+        run.bar.begin("baking", &job.fabric.name);
+        match target {
+            Target::Open(output) => {
+                run.bake(job, path, output)?;
+            }
+            Target::Kept(kept) => {
+                let kept_because = "it is whole, of the same fabric and settings";
+                run.bar
+                    .suspend(|| say(&format!("{} is kept: {kept_because}", path.display())));
+                run.results.push(kept.json(&job.fabric, path));
+            }
+        }
+    }
+    run.end()
+}
+
+/// One table after the other, each with its line in the manifest.
+fn run_list(args: &BakeArgs, path: &Path) -> Result<Outcome> {
+    let list = List::read(path)?;
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let needs = needs(args)?;
+    let mut jobs = Vec::new();
+    let census = list.fabrics(|listed| {
+        if listed.is_in(shard) {
+            jobs.push((
+                Job::new(listed.fabric, needs.clone(), args),
+                listed.parameters,
+            ));
+        }
+    })?;
+    let (Place::Folder(folder) | Place::File(folder)) = place(args, false)?;
+    let settings = settings(args);
+    let scope = Scope {
+        needs: needs.as_deref(),
+        fixed_albedo: args.albedo == Albedo::Fixed,
+    };
+    let is_clamped = args.energy == Energy::Clamp;
+    // All that a table depends on, but for the fabric and the tool.
+    let how = sha256_of(&(&settings, scope.note(), is_clamped, args.stored));
+    let names: HashSet<&str> = jobs
+        .iter()
+        .map(|(job, _)| job.fabric.name.as_str())
+        .collect();
+    let head = Head::new(shard, &census.list, census.fabrics);
+    let wanted = |name: &str| args.resume && names.contains(name);
+    let (mut manifest, known) = Manifest::begin(folder, shard, &head, args.resume, wanted)?;
+
+    let (count, mut kept, mut beyond) = (jobs.len(), 0, 0);
+    let mut run = Run::new(args, settings, count);
+    for (mut job, parameters) in jobs {
+        go_on()?;
+        let name = job.fabric.name.clone();
+        let path = folder.join(file_name(&job.fabric));
+        run.bar.begin("baking", &name);
+        let is_of_this = |row: &&Row| {
+            row.tool == sateen::TOOL && row.parameters == parameters && row.settings == how
+        };
+        let known: Vec<&Row> = known.of(&name).iter().filter(is_of_this).collect();
+        let found = if known.is_empty() {
+            None
+        } else {
+            read_ordinary(&path, MAX_TABLE_BYTES)
+                .ok()
+                .map(|file| sha256(&file))
+        };
+        let is_known = found.is_some() && known.iter().any(|row| row.sha256 == found);
+        // With --json it is read as well, to tell of it.
+        if is_known && !args.print.json {
+            kept += 1;
+            continue;
+        }
+        if known.iter().any(|row| row.sha256.is_none()) {
+            say(&format!(
+                "{name} is not baked again: no table keeps the promise of {}",
+                args.preset.name()
+            ));
+            beyond += 1;
+            continue;
+        }
+        if is_clamped {
+            job.fabric = conserving(&job.fabric)?;
+        }
+        let row = |provenance: &Provenance, file: Option<&[u8]>, seconds| Row {
+            name: name.clone(),
+            sha256: file.map(sha256),
+            bytes: file.map(<[u8]>::len),
+            preset: args.preset,
+            error: manifest::Error::of(&provenance.error),
+            seconds,
+            tool: sateen::TOOL.to_owned(),
+            parameters: parameters.clone(),
+            settings: how.clone(),
+        };
+        let found = if args.resume {
+            Kept::find(&job, &path, &run.settings)
+        } else {
+            None
+        };
+        if let Some(found) = found {
+            // It was written, and its line in the manifest was not.
+            if !is_known {
+                let file = read(&path, MAX_TABLE_BYTES)?;
+                manifest.append(&row(&found.provenance, Some(&file), None))?;
+            }
+            run.results.push(found.json(&job.fabric, &path));
+            kept += 1;
+            continue;
+        }
+        doubt(&job.fabric);
+        let output = Output::in_folder(&path)?;
+        let what_to_do = "tables that are done stay; run again with --resume for the others";
+        let made = run.bake(&job, &path, &output).context(what_to_do)?;
+        beyond += usize::from(made.file.is_none());
+        let line = row(&made.provenance, made.file.as_deref(), Some(made.seconds));
+        manifest.append(&line).context(what_to_do)?;
+    }
+    if beyond > 0 {
+        run.outcome = Outcome::OutOfTolerance;
+    }
+    let outcome = run.end()?;
+    say(&format!(
+        "{}: shard {shard} has {count} of {}: {} baked, {kept} kept, {beyond} without a table that keeps the promise",
+        list.name,
+        counted(census.fabrics, "fabric"),
+        count - kept - beyond
+    ));
+    census.check(&list)?;
+    Ok(outcome)
+}
+
+/// Bakes one table after the other, and tells of each.
+struct Run<'a> {
+    args: &'a BakeArgs,
+    settings: Settings,
+    bar: Bar,
+    /// As JSON.
+    results: Vec<Value>,
+    outcome: Outcome,
+}
+
+/// What a bake made.
+struct Made {
+    provenance: Provenance,
+    /// What was written, if it is within the limits.
+    file: Option<Vec<u8>>,
+    seconds: f64,
+}
+
+impl<'a> Run<'a> {
+    fn new(args: &'a BakeArgs, settings: Settings, count: usize) -> Self {
+        Self {
+            args,
+            settings,
+            bar: Bar::new(count),
+            results: Vec::new(),
+            outcome: Outcome::Done,
+        }
+    }
+
+    fn bake(&mut self, job: &Job, path: &Path, output: &Output) -> Result<Made> {
+        let (args, fabric) = (self.args, &job.fabric);
         let budget = Budget {
             max_error: args.max_error.or(job.max_error),
             max_bytes: args.max_bytes,
             max_ns: args.max_ns,
         };
         let is_limited = budget != Budget::default();
-        bar.begin("baking", &fabric.name);
-        let output = match target {
-            Target::Open(output) => output,
-            Target::Kept(kept) => {
-                let kept_because = "it is whole, of the same fabric and settings";
-                bar.suspend(|| say(&format!("{} is kept: {kept_because}", path.display())));
-                results.push(kept.json(fabric, path));
-                continue;
-            }
-        };
         let start = Instant::now();
-        let report = |share: f64| bar.report(share);
+        let report = |share: f64| self.bar.report(share);
         let interrupted = || format!("{} was not written", path.display());
         let progress = Progress::new(&report);
         let request = Request {
-            settings: settings.clone(),
+            settings: self.settings.clone(),
             goal: if is_limited {
                 Goal::Within(budget)
             } else {
@@ -174,7 +347,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             within,
             cost,
         } = bake(fabric, request, progress).with_context(interrupted)?;
-        let mut file_bytes = None;
+        let mut written = None;
         if within {
             let file = if args.stored {
                 table.to_mappable_bytes()
@@ -183,18 +356,19 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
             };
             // Its own reader has the last word: nothing is written that cannot be loaded.
             Table::from_bytes(&file).with_context(interrupted)?;
-            bar.suspend(|| {
+            self.bar.suspend(|| {
                 output.write(&file)?;
                 doubt_energy(fabric, &provenance);
                 Ok::<(), anyhow::Error>(())
             })?;
-            file_bytes = Some(file.len());
+            written = Some(file);
         } else {
-            outcome = Outcome::OutOfTolerance;
+            self.outcome = Outcome::OutOfTolerance;
         }
+        let file_bytes = written.as_ref().map(Vec::len);
         let seconds = start.elapsed().as_secs_f64();
         if args.print.json {
-            results.push(json!({
+            self.results.push(json!({
                 "fabric": fabric.name,
                 "path": file_bytes.map(|_| path),
                 "kept": false,
@@ -217,7 +391,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                     if is_limited {
                         "keeps the limits".to_owned()
                     } else {
-                        not_promised(&settings)
+                        not_promised(&self.settings)
                     },
                     in_memory(table.decoded_bytes())
                 ),
@@ -240,13 +414,21 @@ pub(crate) fn run(args: &BakeArgs) -> Result<Outcome> {
                 text += &choice_lines(&provenance.choices);
                 text += &error_lines(&provenance.error);
             }
-            bar.suspend(|| print(&text))?;
+            self.bar.suspend(|| print(&text))?;
         }
+        Ok(Made {
+            provenance,
+            file: written,
+            seconds,
+        })
     }
-    if args.print.json {
-        print_json("bake", json!({ "tables": results }))?;
+
+    fn end(self) -> Result<Outcome> {
+        if self.args.print.json {
+            print_json("bake", json!({ "tables": self.results }))?;
+        }
+        Ok(self.outcome)
     }
-    Ok(outcome)
 }
 
 /// A table to bake.
@@ -262,6 +444,17 @@ struct Job {
 }
 
 impl Job {
+    /// One that no scene asks for.
+    fn new(fabric: Fabric, needs: Option<Arc<Needs>>, args: &BakeArgs) -> Self {
+        Self {
+            fabric,
+            needs,
+            fixed_albedo: args.albedo == Albedo::Fixed,
+            is_of_pattern: false,
+            max_error: None,
+        }
+    }
+
     fn scope(&self) -> Scope<'_> {
         Scope {
             needs: self.needs.as_deref(),
@@ -279,21 +472,23 @@ fn jobs_of_fabrics(args: &BakeArgs) -> Result<Vec<Job>> {
         let (loaded, is_pattern) = load_fabrics(name, args.dye.variant.as_deref())?;
         fabrics.extend(loaded.into_iter().map(|fabric| (fabric, is_pattern)));
     }
+    let needs = needs(args)?;
+    let job = |(fabric, is_of_pattern)| Job {
+        is_of_pattern,
+        ..Job::new(fabric, needs.clone(), args)
+    };
+    Ok(fabrics.into_iter().map(job).collect())
+}
+
+/// What recordings ask for, if there are any.
+fn needs(args: &BakeArgs) -> Result<Option<Arc<Needs>>> {
     let mut needs: Option<Needs> = None;
     for path in &args.needs {
         needs
             .get_or_insert_with(Needs::none)
             .join(&load_needs(path)?);
     }
-    let needs = needs.map(Arc::new);
-    let job = |(fabric, is_of_pattern)| Job {
-        fabric,
-        is_of_pattern,
-        needs: needs.clone(),
-        fixed_albedo: args.albedo == Albedo::Fixed,
-        max_error: None,
-    };
-    Ok(fabrics.into_iter().map(job).collect())
+    Ok(needs.map(Arc::new))
 }
 
 /// Fabrics that are on no mesh, or never seen and lit, are left out.
@@ -331,6 +526,18 @@ fn doubt(fabric: &Fabric) {
         if brightest > 1.0 {
             say(&format!(
                 "{}: the albedo of {} is up to {brightest}; above 1 more comes out of a thread than went in; is it of 255 or of 100?",
+                fabric.name, thread.name
+            ));
+        }
+    }
+    // π/4 and its multiples, as people round them.
+    for thread in &fabric.threads {
+        let degrees = thread.direction().to_degrees();
+        let eighths = degrees / std::f64::consts::FRAC_PI_4;
+        let is_one = (1.0..=8.0).contains(&eighths.abs().round());
+        if is_one && (eighths - eighths.round()).abs() < 3e-3 {
+            say(&format!(
+                "{}: the direction of {} is {degrees:.4}°; direction_deg is degrees, not radians",
                 fabric.name, thread.name
             ));
         }
@@ -452,47 +659,31 @@ fn settings(args: &BakeArgs) -> Settings {
     settings.chart = args.chart;
     settings.direct = args.direct.unwrap_or(settings.direct);
     settings.made_for = args.made_for;
+    settings.sampling = !args.no_sampling;
+    settings.energy = match args.energy {
+        Energy::AsIs | Energy::Clamp => sateen::table::Energy::AsIs,
+        Energy::PerView => sateen::table::Energy::PerView,
+    };
     settings
+}
+
+fn file_name(fabric: &Fabric) -> String {
+    format!("{}.sateen", fabric.name)
 }
 
 /// One file per fabric: `output` itself for one, files in the folder `output` for several, and for those of scenes and patterns,
 /// however many these need.
 fn output_paths(jobs: &[Job], args: &BakeArgs) -> Result<Vec<PathBuf>> {
-    let output = args.output.as_deref();
-    let is_one_file = jobs.len() == 1 && args.scene.is_none() && !jobs[0].is_of_pattern;
-    let fabrics: Vec<&Fabric> = jobs.iter().map(|job| &job.fabric).collect();
-    let file_name = |fabric: &Fabric| format!("{}.sateen", fabric.name);
-    // Looked at once: another bake may be making the folder.
-    let found = output.and_then(|path| path.metadata().ok());
-    let is_folder = found.as_ref().is_some_and(|found| found.is_dir());
-    let folder = match output {
-        None => Path::new(""),
-        Some(path) if is_folder || path.as_os_str().to_string_lossy().ends_with('/') => path,
-        Some(path) if is_one_file => {
-            let is_device = found.is_some_and(|found| !found.is_file());
-            let is_other = path.extension().is_some_and(|end| end != "sateen");
-            if is_other && !is_device {
-                let message = format!(
-                    "-o {}: the name of a table ends in .sateen, that of a folder in /",
-                    path.display()
-                );
-                return Err(Usage(message).into());
-            }
-            return Ok(vec![path.to_owned()]);
-        }
-        Some(path) if found.is_some() || path.extension().is_some_and(|end| end == "sateen") => {
-            let message = format!(
-                "-o {}: tables of several fabrics, of a scene or of a pattern need a folder, and this names a file",
-                path.display()
-            );
-            return Err(Usage(message).into());
-        }
-        Some(path) => path,
+    let is_one = jobs.len() == 1 && args.scene.is_none() && !jobs[0].is_of_pattern;
+    let folder = match place(args, is_one)? {
+        Place::File(path) => return Ok(vec![path.to_owned()]),
+        Place::Folder(folder) => folder,
     };
+    let mut names: HashSet<&str> = HashSet::new();
     let mut paths: Vec<PathBuf> = Vec::new();
-    for fabric in fabrics {
+    for Job { fabric, .. } in jobs {
         let path = folder.join(file_name(fabric));
-        if paths.contains(&path) {
+        if !names.insert(&fabric.name) {
             let message = format!(
                 "two fabrics are called {}, and both would be {}",
                 fabric.name,
@@ -503,4 +694,43 @@ fn output_paths(jobs: &[Job], args: &BakeArgs) -> Result<Vec<PathBuf>> {
         paths.push(path);
     }
     Ok(paths)
+}
+
+/// Where tables go.
+enum Place<'a> {
+    File(&'a Path),
+    Folder(&'a Path),
+}
+
+/// What `--output` names.
+fn place(args: &BakeArgs, is_one: bool) -> Result<Place<'_>> {
+    let Some(path) = args.output.as_deref() else {
+        return Ok(Place::Folder(Path::new("")));
+    };
+    // Looked at once: another bake may be making the folder.
+    let found = path.metadata().ok();
+    let is_folder = found.as_ref().is_some_and(|found| found.is_dir());
+    if is_folder || path.as_os_str().to_string_lossy().ends_with('/') {
+        return Ok(Place::Folder(path));
+    }
+    let end = path.extension();
+    if is_one {
+        let is_device = found.is_some_and(|found| !found.is_file());
+        if end.is_some_and(|end| end != "sateen") && !is_device {
+            let message = format!(
+                "-o {}: the name of a table ends in .sateen, that of a folder in /",
+                path.display()
+            );
+            return Err(Usage(message).into());
+        }
+        return Ok(Place::File(path));
+    }
+    if found.is_some() || end.is_some_and(|end| end == "sateen") {
+        let message = format!(
+            "-o {}: tables of several fabrics, of a list, of a scene or of a pattern need a folder, and this names a file",
+            path.display()
+        );
+        return Err(Usage(message).into());
+    }
+    Ok(Place::Folder(path))
 }

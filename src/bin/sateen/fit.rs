@@ -1,6 +1,6 @@
 //! `sateen fit`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use sateen::fabric::Models;
@@ -41,6 +41,10 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     use_workers(&args.workers)?;
     let mut fabric = load_fabric(&args.fabric, args.dye.variant.as_deref())?;
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
+    if let Some(output) = &output {
+        // Comments and other variants are not written.
+        output.is_none_of([Path::new(&args.fabric)])?;
+    }
 
     let mut bar = Bar::new(1);
     bar.begin(&format!("fitting {} to", args.model.name()), &fabric.name);

@@ -95,3 +95,49 @@ fn panel(
     ))?;
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use sateen::bake::{GridForecast, ThreadForecast};
+    use sateen::chart::Coordinates;
+    use sateen::table::Content;
+
+    use super::*;
+
+    #[test]
+    fn threads_with_a_grid_are_drawn_twice_and_others_not() {
+        let projection = |knots: &[f64]| Projection {
+            axes: ["theta_h", "phi_d"],
+            knots: [knots.to_vec(), vec![0.0, 0.5, 1.0]],
+            shares: vec![vec![0.0; knots.len().max(2) - 1], vec![1.0]],
+        };
+        let thread = |thread: &str, has_grid: bool| ThreadForecast {
+            thread: thread.to_owned(),
+            direct_nodes: None,
+            grid: has_grid.then(|| GridForecast {
+                coordinates: Coordinates::Isotropic,
+                content: Content::Both,
+                collapsed: Vec::new(),
+                cells: [1, 4],
+                bytes: [100, 400],
+                sites: [1, 4],
+                seconds: [0.1, 0.4],
+                // The second along an axis of one place.
+                projections: [projection(&[0.0, 0.25, 1.0]), projection(&[0.5])],
+            }),
+        };
+        let forecast = Forecast {
+            threads: vec![thread("warp", true), thread("weft", false)],
+        };
+        let svg = forecast_svg("a title", &forecast);
+        assert_eq!(svg.matches("warp").count(), 2, "{svg}");
+        assert_eq!(svg.matches("theta_h").count(), 2, "{svg}");
+        assert!(svg.contains("a title") && !svg.contains("weft"), "{svg}");
+        // Two that are needed, beside the ground.
+        assert_eq!(svg.matches("<rect").count(), 1 + 2, "{svg}");
+        let none = Forecast {
+            threads: Vec::new(),
+        };
+        assert!(forecast_svg("nothing", &none).contains("nothing"));
+    }
+}

@@ -5,6 +5,8 @@ use std::path::Path;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use sateen::fabric::Fabric;
 
+use crate::output::Usage;
+
 /// What `sateen render` lays cloth on.
 pub(crate) const PLACES: [&str; 5] = ["cylinders", "sphere", "curtain", "trousers", "mesh"];
 
@@ -15,6 +17,7 @@ pub(crate) enum Looks {
     Table,
     Mesh,
     Picture,
+    Pairs,
     /// A fabric, a pattern or a scene.
     Toml,
 }
@@ -30,6 +33,7 @@ impl Looks {
             "toml" => Some(Self::Toml),
             "obj" | "gltf" | "glb" => Some(Self::Mesh),
             "png" | "exr" => Some(Self::Picture),
+            "csv" => Some(Self::Pairs),
             _ => None,
         }
     }
@@ -40,6 +44,7 @@ impl Looks {
             Self::Table => "a table",
             Self::Mesh => "a mesh",
             Self::Picture => "a picture",
+            Self::Pairs => "a CSV file of pairs",
             Self::Toml => "a TOML file",
         }
     }
@@ -47,6 +52,43 @@ impl Looks {
     fn is_cloth(self) -> bool {
         matches!(self, Self::Fabric | Self::Table | Self::Toml)
     }
+
+    /// What an argument of such looks is for.
+    fn use_of(self, argument: &str) -> String {
+        match self {
+            Self::Fabric => {
+                format!("`sateen bake {argument} -o {argument}.sateen` makes a table of it")
+            }
+            Self::Table => format!("`sateen info {argument}` says what it is"),
+            Self::Mesh => {
+                format!("`sateen render mesh {argument} FABRIC -o FILE` lays cloth on it")
+            }
+            Self::Picture => format!("`sateen compare {argument} TRUTH` compares it"),
+            Self::Pairs => format!("`sateen eval FABRIC --pairs {argument}` evaluates them"),
+            Self::Toml => format!(
+                "`sateen bake {argument}` bakes a fabric or pattern, `sateen scene {argument}` looks at a scene"
+            ),
+        }
+    }
+}
+
+/// That an argument looks like something else than what is `wanted`, and what that is for.
+///
+/// # Errors
+/// When it does, and is there.
+pub(crate) fn refuse(argument: &Path, others: &[Looks], wanted: &str) -> Result<(), Usage> {
+    let name = argument.to_string_lossy();
+    let Some(looks) = Looks::of(&name).filter(|looks| others.contains(looks)) else {
+        return Ok(());
+    };
+    if (looks == Looks::Fabric) == argument.exists() {
+        return Ok(());
+    }
+    Err(Usage(format!(
+        "{name} is {}, not {wanted}; {}",
+        looks.name(),
+        looks.use_of(&name)
+    )))
 }
 
 /// What to say of an error of the command line instead of what clap says, if there is more to say.
@@ -91,14 +133,7 @@ fn of_verb(wrong: &str) -> Option<String> {
                 "`sateen bake {wrong}` bakes it, `sateen render sphere {wrong} -o {wrong}.png` shows it"
             )
         }
-        Looks::Table => format!("`sateen info {wrong}` says what it is"),
-        Looks::Mesh => {
-            format!("`sateen render mesh {wrong} FABRIC -o FILE` lays cloth on it")
-        }
-        Looks::Picture => format!("`sateen compare {wrong} TRUTH` compares it"),
-        Looks::Toml => format!(
-            "`sateen bake {wrong}` bakes a fabric or pattern, `sateen scene {wrong}` looks at a scene"
-        ),
+        looks => looks.use_of(wrong),
     };
     Some(format!("a verb comes first: {commands}"))
 }
@@ -121,7 +156,7 @@ fn of_render(wrong: &str, words: &[String]) -> Option<String> {
                 "`sateen render mesh {wrong} {cloth} -o FILE`, or `sateen render scene {wrong} -o FILE`"
             )
         }
-        (Looks::Picture, _) => return None,
+        (Looks::Picture | Looks::Pairs, _) => return None,
         (_, Some(mesh)) => format!("`sateen render mesh {mesh} {wrong} -o FILE`"),
         _ if place == "mesh" => format!("`sateen render mesh MESH {wrong} -o FILE`"),
         (Looks::Toml, None) => {

@@ -8,7 +8,7 @@ use sateen::chart::Coordinates;
 use sateen::fabric::Fabric;
 use sateen::metrics::Reflectance;
 use sateen::model::ModelKind;
-use sateen::table::{Axis, Content, Grid, Table, ThreadTable, VERSION};
+use sateen::table::{Axis, Content, Energy, Grid, Table, ThreadTable, VERSION};
 use serde_json::{Map, Value, json};
 
 use crate::Outcome;
@@ -71,6 +71,7 @@ fn info_text(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
             ", more than arrives\n"
         };
     }
+    text += &sampling_text(table);
     text += &scope_text(provenance.scope.as_ref());
     for thread in table.threads() {
         text += &thread_text(thread);
@@ -92,6 +93,23 @@ fn reflectance_of_models(fabric: &Fabric) -> impl Iterator<Item = (ModelKind, Re
         let model = kind.prepare::<f64>(&fabric.models).ok()??;
         Some((kind, Reflectance::of(&*model)))
     })
+}
+
+/// What there is for path tracers, and what becomes of views that would get more than arrives.
+fn sampling_text(table: &Table) -> String {
+    let mut text = String::new();
+    if table.has_albedo() {
+        let what = if table.has_sampling() {
+            "albedos by view, and where light comes from"
+        } else {
+            "albedos by view"
+        };
+        text += &format!("  sampling   {}: {what}\n", bytes(table.sampling_bytes()));
+    }
+    if table.energy() == Energy::PerView {
+        text += "  energy     ρ is divided by the albedo of views where that is above 1\n";
+    }
+    text
 }
 
 /// What the table was baked for, and what that left out.
@@ -272,6 +290,8 @@ fn info_json(table: &Table, provenance: &Provenance, fabric: &Fabric, file_bytes
         "decoded_bytes": table.decoded_bytes(),
         "reweighting": table.reweighting(),
         "rho_scale": table.rho_scale(),
+        "energy": table.energy(),
+        "sampling_bytes": table.sampling_bytes(),
         "reflectance": Reflectance::of_fabric(fabric),
         "reflectance_of_models": reflectance_of_models(fabric)
             .map(|(kind, reflectance)| (kind.name().to_owned(), json!(reflectance)))

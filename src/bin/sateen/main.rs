@@ -13,16 +13,19 @@ mod fit;
 mod forecast;
 mod guidance;
 mod info;
+mod manifest;
 mod output;
 mod picture;
 mod record;
 mod render;
 mod report;
 mod scene;
+mod shard;
 mod stage;
 mod stress;
 mod subject;
 mod validate;
+mod verify;
 
 use std::process::ExitCode;
 

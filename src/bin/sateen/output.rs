@@ -104,8 +104,32 @@ fn escaped(text: &str) -> String {
     escaped
 }
 
+static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// Runs before the runtime, which opens /dev/null in the place of a stdout that is closed: text would vanish without an error.
+#[cfg(target_os = "linux")]
+#[expect(
+    unsafe_code,
+    reason = "only what this section names runs before the runtime"
+)]
+#[used]
+// SAFETY: the C library calls what the section holds, functions that it may give arguments to, which this one does not look at.
+#[unsafe(link_section = ".init_array")]
+static LOOK_AT_STDOUT: extern "C" fn() = {
+    extern "C" fn look() {
+        let open = Path::new("/proc/self/fd");
+        // A link to what is open, which for pipes leads nowhere.
+        let is_closed = open.exists() && open.join("1").symlink_metadata().is_err();
+        STDOUT_IS_CLOSED.store(is_closed, Ordering::Relaxed);
+    }
+    look
+};
+
 /// Writes text to stdout. A reader that has seen enough is no error: work and exit status go on.
 pub(crate) fn print(text: &str) -> Result<()> {
+    if STDOUT_IS_CLOSED.load(Ordering::Relaxed) {
+        anyhow::bail!("cannot write to stdout: it is closed");
+    }
     let mut stdout = io::stdout().lock();
     match stdout
         .write_all(text.as_bytes())
@@ -138,6 +162,20 @@ pub(crate) struct Output {
 impl Output {
     /// Makes sure, before any work, that `path` can be written: missing folders are made.
     pub(crate) fn prepare(path: &Path) -> Result<Self> {
+        let output = Self::in_folder(path)?;
+        if !output.is_special {
+            let folder = output.folder();
+            fs::create_dir_all(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            remove_leftovers(folder);
+            // Dropped and so removed at once: it was only to find out.
+            output.temporary()?;
+        }
+        Ok(output)
+    }
+
+    /// The same in a folder that another output was prepared in: it is not looked through for each of thousands.
+    pub(crate) fn in_folder(path: &Path) -> Result<Self> {
         if path == Path::new("-") {
             return Err(Usage("-o - is not supported; name a file".to_owned()).into());
         }
@@ -168,14 +206,6 @@ impl Output {
                 "cannot write {}: it is a folder; name a file with -o",
                 path.display()
             );
-        }
-        if !is_special {
-            let folder = output.folder();
-            fs::create_dir_all(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-            remove_leftovers(folder);
-            // Dropped and so removed at once: it was only to find out.
-            output.temporary()?;
         }
         Ok(output)
     }

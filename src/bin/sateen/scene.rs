@@ -17,7 +17,9 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::args::{Print, Workers};
 use crate::forecast::forecast_svg;
-use crate::output::{Bar, Output, bytes, counted, print, print_json, use_workers};
+use crate::guidance::{self, Looks};
+use crate::output::{Bar, Output, Usage, bytes, counted, print, print_json, use_workers};
+use crate::subject::{Subject, What};
 
 /// Say what a scene needs of its fabrics, and what a bake for it leaves out.
 #[derive(clap::Args)]
@@ -99,8 +101,33 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<Outcome> {
 type Found<'a> = (&'a FabricUse, &'a Needs, Option<Forecast>);
 
 pub(crate) fn load_scene(path: &Path) -> Result<Scene> {
+    let others = [
+        Looks::Fabric,
+        Looks::Table,
+        Looks::Picture,
+        Looks::Pairs,
+        Looks::Mesh,
+    ];
+    // glTF files may have cameras and lights.
+    let is_obj = path
+        .extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("obj"));
+    guidance::refuse(path, &others[..4 + usize::from(is_obj)], "a scene")?;
+    let name = path.display();
     // Which file, its errors say themselves.
-    Scene::load(path).context("cannot read the scene")
+    Scene::load(path).or_else(|error| {
+        match Subject::load(&path.to_string_lossy(), None).map(|subject| subject.what) {
+            Ok(What::Fabric(_)) => Err(Usage(format!(
+                "{name} is a fabric, not a scene; `sateen bake {name}` bakes it"
+            ))
+            .into()),
+            Ok(What::Pattern(_)) => Err(Usage(format!(
+                "{name} is a pattern, not a scene; `sateen bake {name}` bakes it"
+            ))
+            .into()),
+            _ => Err(error).context("cannot read the scene"),
+        }
+    })
 }
 
 /// What a scene asks of a fabric.

@@ -12,12 +12,12 @@ use sateen::pattern::{MAX_IMAGE_BYTES, Pattern};
 use sateen::table::{MAX_DECODED_BYTES, Table};
 use sateen::text::{Kind, cut, read_capped, read_ordinary};
 
-use crate::guidance::PLACES;
+use crate::guidance::{self, Looks, PLACES};
 use crate::output::{Output, Usage, say};
 
 /// No table takes more: its samples, and as much again for the case that they do not compress. A mistyped path to a film is not
 /// read whole.
-const MAX_TABLE_BYTES: u64 = 2 * MAX_DECODED_BYTES;
+pub(crate) const MAX_TABLE_BYTES: u64 = 2 * MAX_DECODED_BYTES;
 
 /// What an argument names.
 pub(crate) struct Subject {
@@ -61,6 +61,8 @@ impl Subject {
 
 impl What {
     fn load(argument: &str, variant: Option<&str>) -> Result<Self> {
+        let others = [Looks::Mesh, Looks::Picture, Looks::Pairs];
+        guidance::refuse(Path::new(argument), &others, "a fabric or a table")?;
         if Fabric::from_library(argument).is_some() || !Path::new(argument).exists() {
             if argument.ends_with(".sateen") {
                 read(Path::new(argument), MAX_TABLE_BYTES)?;
@@ -185,13 +187,14 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
 
 /// A table and the length of its file.
 pub(crate) fn load_table(path: &Path) -> Result<(Table, usize)> {
-    let name = path.to_string_lossy();
-    if Fabric::from_library(&name).is_some() && !path.exists() {
-        let message = format!(
-            "{name} is a fabric of the library, not a table; `sateen bake {name} -o {name}.sateen` makes one"
-        );
-        return Err(Usage(message).into());
-    }
+    let others = [
+        Looks::Fabric,
+        Looks::Mesh,
+        Looks::Picture,
+        Looks::Pairs,
+        Looks::Toml,
+    ];
+    guidance::refuse(path, &others, "a table")?;
     let bytes = read(path, MAX_TABLE_BYTES)?;
     let table = Table::from_bytes(&bytes)
         .with_context(|| format!("cannot read the table {}", path.display()))?;

@@ -1,14 +1,23 @@
 //! Numbers in buffers, every one within the bytes that there are.
 
+use std::cell::Cell;
+
 use super::entry;
 use super::json::{Accessor, Root};
-use crate::mesh::load::MAX_CORNERS;
+use crate::mesh::load::{MAX_CORNERS, MAX_REPEATED};
 
 /// A file's JSON with its buffers.
 pub(super) struct Data<'a> {
     pub(super) root: &'a Root,
     pub(super) buffers: &'a [Vec<u8>],
+    /// The most corners of all triangles: what a small file repeats takes memory that it has not.
+    pub(super) limit: usize,
+    /// How many elements may still be read.
+    left: Cell<usize>,
 }
+
+/// Elements that are read for each corner that a file may have: whatever names the same accessors again and again ends.
+const READS: usize = 32;
 
 /// How a component is stored.
 #[derive(Clone, Copy)]
@@ -79,7 +88,27 @@ impl<'a> Elements<'a> {
     }
 }
 
-impl Data<'_> {
+impl<'a> Data<'a> {
+    pub(super) fn new(root: &'a Root, buffers: &'a [Vec<u8>]) -> Self {
+        let own: usize = buffers.iter().map(Vec::len).sum();
+        let limit = MAX_CORNERS.min(MAX_REPEATED.max(own));
+        Self {
+            root,
+            buffers,
+            limit,
+            left: Cell::new(READS * limit),
+        }
+    }
+
+    /// Counts what is read.
+    fn take(&self, count: usize) -> Result<(), String> {
+        let left = self.left.get().checked_sub(count);
+        self.left.set(left.ok_or(
+            "its nodes and primitives name the same numbers too often; join them before you export it",
+        )?);
+        Ok(())
+    }
+
     /// Vectors of an accessor of N floats, or of integers that stand for such (KHR_mesh_quantization).
     pub(super) fn vectors<const N: usize>(
         &self,
@@ -96,6 +125,8 @@ impl Data<'_> {
             })?;
         check_shape(accessor, N).map_err(wrong)?;
         let size = component.size();
+        // What is more than there are bytes for is told below.
+        self.take(accessor.count.min(MAX_CORNERS))?;
         let vector = |bytes: &[u8]| {
             std::array::from_fn(|k| component.float(&bytes[k * size..], accessor.normalized))
         };
@@ -157,6 +188,7 @@ impl Data<'_> {
             .filter(is_index)
             .ok_or_else(|| format!("indices cannot have component type {component}"))?;
         let elements = self.elements(place, count, known.size())?;
+        self.take(count)?;
         Ok(elements.iter().map(|bytes| known.index(bytes)).collect())
     }
 

@@ -1,5 +1,7 @@
 //! What a glTF file's JSON says, as far as it is of concern here. What it names by index is checked where it is looked up.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -23,9 +25,10 @@ pub(super) struct Root {
 }
 
 #[derive(Default, Deserialize)]
-#[serde(default)]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct Asset {
     pub(super) version: String,
+    pub(super) min_version: Option<String>,
 }
 
 #[derive(Default, Deserialize)]
@@ -62,7 +65,13 @@ pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_node_visibility")]
     pub(super) visibility: Visibility,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(super) instancing: Option<IgnoredAny>,
+    pub(super) instancing: Option<Instancing>,
+}
+
+/// Accessors by attribute: what places a node's mesh many times.
+#[derive(Deserialize)]
+pub(super) struct Instancing {
+    pub(super) attributes: BTreeMap<String, usize>,
 }
 
 /// Of a node and all below it.

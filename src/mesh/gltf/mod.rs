@@ -12,8 +12,8 @@ use std::path::Path;
 use glam::{DMat4, Mat4, Vec2, Vec3};
 
 use self::accessors::Data;
-use self::json::{LightKind, Node, Primitive, Root};
-use super::load::{Corner, MAX_CORNERS, MAX_REPEATED};
+use self::json::{Instancing, LightKind, Node, Primitive, Root};
+use super::load::Corner;
 use crate::text::cut;
 
 /// Why a file cannot be used.
@@ -102,18 +102,17 @@ struct Placed<'a> {
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Contents, Fault> {
     let (json, binary) = buffers::split(bytes)?;
     let root: Root = serde_json::from_slice(json).map_err(|error| error.to_string())?;
-    if !root.asset.version.starts_with("2.") {
-        let version = root.asset.version;
-        return Err(format!("its version is {}, and must be 2.0", cut(&version)).into());
+    let version = root.asset.min_version.as_ref();
+    let version = version.unwrap_or(&root.asset.version);
+    if !version.starts_with("2.") {
+        return Err(format!("its version is {}, and must be 2.0", cut(version)).into());
     }
     check_extensions(&root)?;
     check_primitives(&root)?;
     let nodes = placed(&root)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let data = Data {
-        root: &root,
-        buffers: &buffers::load(&root, folder, binary)?,
-    };
+    let buffers = buffers::load(&root, folder, binary)?;
+    let data = Data::new(&root, &buffers);
     let mut corners = Vec::new();
     for placed in &nodes {
         add_mesh(&data, placed, &mut corners)?;
@@ -142,7 +141,8 @@ fn entry<'a, T>(list: &'a [T], index: usize, kind: &str, by: &str) -> Result<&'a
 
 /// That no extension is needed that changes triangles or where they are. Materials and their images are of no concern.
 fn check_extensions(root: &Root) -> Result<(), String> {
-    const KNOWN: [&str; 3] = [
+    const KNOWN: [&str; 4] = [
+        "EXT_mesh_gpu_instancing",
         "KHR_lights_punctual",
         "KHR_mesh_quantization",
         "KHR_node_visibility",
@@ -199,7 +199,8 @@ fn placed(root: &Root) -> Result<Vec<Placed<'_>>, String> {
         Some(index) => Some(entry(&root.scenes, index, "scene", "the file")?),
         None => root.scenes.first(),
     };
-    let roots = scene.iter().flat_map(|scene| &scene.nodes);
+    let scene = scene.ok_or("it has no scene that says which nodes are there; export one")?;
+    let roots = scene.nodes.iter();
     // Whose children are looked for, and the parent of each.
     let mut open: Vec<(usize, Option<usize>)> = roots.map(|node| (*node, None)).collect();
     let mut found: Vec<Placed<'_>> = Vec::new();
@@ -250,10 +251,15 @@ fn placed(root: &Root) -> Result<Vec<Placed<'_>>, String> {
 
 /// From a node's coordinates to its parent's.
 fn matrix(node: &Node) -> Mat4 {
-    if let Some(matrix) = &node.matrix {
-        return Mat4::from_cols_array(matrix);
+    match &node.matrix {
+        Some(matrix) => Mat4::from_cols_array(matrix),
+        None => placement(node.translation, node.rotation, node.scale),
     }
-    let [x, y, z, w] = node.rotation;
+}
+
+/// Scaled, then turned by a quaternion, then moved.
+fn placement(translation: [f32; 3], rotation: [f32; 4], scale: [f32; 3]) -> Mat4 {
+    let [x, y, z, w] = rotation;
     let [x2, y2, z2] = [x + x, y + y, z + z];
     let (xx, xy, xz) = (x2 * x, x2 * y, x2 * z);
     let (yy, yz, zz) = (y2 * y, y2 * z, z2 * z);
@@ -263,8 +269,58 @@ fn matrix(node: &Node) -> Mat4 {
         Vec3::new(xy - wz, 1.0 - xx - zz, yz + wx),
         Vec3::new(xz + wy, yz - wx, 1.0 - xx - yy),
     ];
-    let [a, b, c] = [0, 1, 2].map(|k| (turned[k] * node.scale[k]).extend(0.0));
-    Mat4::from_cols(a, b, c, Vec3::from(node.translation).extend(1.0))
+    let [a, b, c] = [0, 1, 2].map(|k| (turned[k] * scale[k]).extend(0.0));
+    Mat4::from_cols(a, b, c, Vec3::from(translation).extend(1.0))
+}
+
+/// Where EXT_mesh_gpu_instancing puts a node's mesh, in the node's coordinates.
+#[derive(Default)]
+struct Instances {
+    count: usize,
+    translations: Option<Vec<[f32; 3]>>,
+    rotations: Option<Vec<[f32; 4]>>,
+    scales: Option<Vec<[f32; 3]>>,
+}
+
+impl Instances {
+    /// One, where the node is.
+    fn one() -> Self {
+        Self {
+            count: 1,
+            ..Self::default()
+        }
+    }
+
+    fn read(data: &Data<'_>, said: &Instancing, by: &str) -> Result<Self, String> {
+        let mut counts = Vec::new();
+        for accessor in said.attributes.values() {
+            counts.push(entry(&data.root.accessors, *accessor, "accessor", by)?.count);
+        }
+        if counts.is_empty() || counts.iter().any(|count| *count != counts[0]) {
+            return Err(format!(
+                "{by} has no attributes of its instances, or not as many of each"
+            ));
+        }
+        let vectors = |name| said.attributes.get(name);
+        let threes = |name| vectors(name).map(|index| data.vectors::<3>(*index, by));
+        let rotations = vectors("ROTATION").map(|index| data.vectors::<4>(*index, by));
+        Ok(Self {
+            count: counts[0],
+            translations: threes("TRANSLATION").transpose()?,
+            rotations: rotations.transpose()?,
+            scales: threes("SCALE").transpose()?,
+        })
+    }
+
+    fn place(&self, k: usize) -> Mat4 {
+        let of = |vectors: &Option<Vec<[f32; 3]>>, none| vectors.as_ref().map_or(none, |of| of[k]);
+        let rotation = self.rotations.as_ref();
+        placement(
+            of(&self.translations, [0.0; 3]),
+            rotation.map_or([0.0, 0.0, 0.0, 1.0], |of| of[k]),
+            of(&self.scales, [1.0; 3]),
+        )
+    }
 }
 
 /// Adds the triangles of a node's mesh.
@@ -280,12 +336,10 @@ fn add_mesh(data: &Data<'_>, placed: &Placed<'_>, corners: &mut Vec<Corner>) -> 
         )
         .into());
     }
-    if placed.node.extensions.instancing.is_some() {
-        return Err(format!(
-            "{by} has EXT_mesh_gpu_instancing, which is not supported; export every instance as a node"
-        )
-        .into());
-    }
+    let instances = match &placed.node.extensions.instancing {
+        Some(said) => Instances::read(data, said, &by)?,
+        None => Instances::one(),
+    };
     let weights = placed.node.weights.as_ref().unwrap_or(&mesh.weights);
     let is_morphed = weights.iter().any(|weight| *weight != 0.0);
     for (k, primitive) in mesh.primitives.iter().enumerate() {
@@ -296,7 +350,7 @@ fn add_mesh(data: &Data<'_>, placed: &Placed<'_>, corners: &mut Vec<Corner>) -> 
             )
             .into());
         }
-        add_primitive(data, primitive, &by, placed, corners)?;
+        add_primitive(data, primitive, &by, (placed, &instances), corners)?;
     }
     Ok(())
 }
@@ -305,10 +359,9 @@ fn add_primitive(
     data: &Data<'_>,
     primitive: &Primitive,
     by: &str,
-    placed: &Placed<'_>,
+    (placed, instances): (&Placed<'_>, &Instances),
     corners: &mut Vec<Corner>,
 ) -> Result<(), Fault> {
-    let place = placed.place;
     // Points and lines are no cloth.
     if primitive.mode < 4 {
         return Ok(());
@@ -341,59 +394,58 @@ fn add_primitive(
         Some(indices) => data.indices(indices, by)?,
         None => (0..positions.len() as u32).collect(),
     };
-    // Strips and fans have three corners for nearly every index.
-    let most = match primitive.mode {
-        4 => indices.len(),
-        _ => 3 * indices.len(),
-    };
-    // What a small file repeats takes memory that it has not.
-    let own: usize = data.buffers.iter().map(Vec::len).sum();
-    let limit = MAX_CORNERS.min(MAX_REPEATED.max(own));
-    if corners.len() + most > limit {
+    let indices = triangles(indices, primitive.mode)
+        .ok_or_else(|| format!("{by} has mode {}, which there is not", primitive.mode))?;
+    let most = indices.len().saturating_mul(instances.count);
+    if corners.len().saturating_add(most) > data.limit {
         return Err(format!(
-            "it has more than {} triangles, counting every node that has them; thin it out, or place instances in a scene",
-            limit / 3
+            "it has more than {} triangles, counting every node and instance that has them; thin it out, or place instances in a scene",
+            data.limit / 3
         )
         .into());
     }
-    let indices = triangles(indices, primitive.mode)
-        .ok_or_else(|| format!("{by} has mode {}, which there is not", primitive.mode))?;
-    let inverse = place.inverse();
-    let of_normals = if inverse.is_finite() {
-        inverse.transpose()
-    } else {
-        // What is scaled to nothing keeps the normals of its plane: cofactors are the inverse, transposed, but for a factor.
-        let [a, b, c] = [place.x_axis, place.y_axis, place.z_axis].map(|axis| axis.truncate());
-        let cofactors = [b.cross(c), c.cross(a), a.cross(b)].map(|axis| axis.extend(0.0));
-        Mat4::from_cols(cofactors[0], cofactors[1], cofactors[2], glam::Vec4::W)
-    };
-    for index in indices {
-        let index = index as usize;
-        let position = *entry(&positions, index, "vertex", by)?;
-        let of = |vectors: &Option<Vec<[f32; 3]>>| vectors.as_ref().map(|of| Vec3::from(of[index]));
-        let corner = Corner {
-            position: place.transform_point3(Vec3::from(position)),
-            normal: of(&normals).map(|normal| of_normals.transform_vector3(normal)),
-            uv: uvs.as_ref().map(|uvs| Vec2::from(uvs[index])),
-            mirrored: tangents.as_ref().is_some_and(|tangents| {
-                let [.., w] = tangents[index];
-                // In a mirrored place normal × tangent turns round, and what lies along v does not.
-                (w < 0.0) != (place.determinant() < 0.0)
-            }),
-            v_down: true,
-            warp: tangents.as_ref().map(|tangents| {
-                let [x, y, z, _] = tangents[index];
-                place.transform_vector3(Vec3::new(x, y, z))
-            }),
-            material: primitive.material,
+    if indices.is_empty() {
+        return Ok(());
+    }
+    for place in (0..instances.count).map(|k| placed.place * instances.place(k)) {
+        let inverse = place.inverse();
+        let of_normals = if inverse.is_finite() {
+            inverse.transpose()
+        } else {
+            // What is scaled to nothing keeps the normals of its plane: cofactors are the inverse, transposed, but for a factor.
+            let [a, b, c] = [place.x_axis, place.y_axis, place.z_axis].map(|axis| axis.truncate());
+            let cofactors = [b.cross(c), c.cross(a), a.cross(b)].map(|axis| axis.extend(0.0));
+            Mat4::from_cols(cofactors[0], cofactors[1], cofactors[2], glam::Vec4::W)
         };
-        if !corner.is_finite() {
-            return Err(Fault::Broken(format!(
-                "nodes[{}], vertex {index} of {by}",
-                placed.index
-            )));
+        for index in &indices {
+            let index = *index as usize;
+            let position = *entry(&positions, index, "vertex", by)?;
+            let of =
+                |vectors: &Option<Vec<[f32; 3]>>| vectors.as_ref().map(|of| Vec3::from(of[index]));
+            let corner = Corner {
+                position: place.transform_point3(Vec3::from(position)),
+                normal: of(&normals).map(|normal| of_normals.transform_vector3(normal)),
+                uv: uvs.as_ref().map(|uvs| Vec2::from(uvs[index])),
+                mirrored: tangents.as_ref().is_some_and(|tangents| {
+                    let [.., w] = tangents[index];
+                    // In a mirrored place normal × tangent turns round, and what lies along v does not.
+                    (w < 0.0) != (place.determinant() < 0.0)
+                }),
+                v_down: true,
+                warp: tangents.as_ref().map(|tangents| {
+                    let [x, y, z, _] = tangents[index];
+                    place.transform_vector3(Vec3::new(x, y, z))
+                }),
+                material: primitive.material,
+            };
+            if !corner.is_finite() {
+                return Err(Fault::Broken(format!(
+                    "nodes[{}], vertex {index} of {by}",
+                    placed.index
+                )));
+            }
+            corners.push(corner);
         }
-        corners.push(corner);
     }
     Ok(())
 }

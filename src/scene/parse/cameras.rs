@@ -9,7 +9,7 @@ use crate::scene::{Camera, CameraPath, Lens, SceneError};
 use crate::text::Exactly;
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [[camera]]")]
 pub(super) struct CameraToml {
     name: Option<String>,
     target: Spanned<Exactly<f64, 3>>,

@@ -10,7 +10,7 @@ use crate::scene::{Light, LightSource, SceneError, Sky};
 use crate::text::{Exactly, cut};
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [[light]]")]
 pub(super) struct LightToml {
     name: Option<String>,
     kind: Spanned<String>,

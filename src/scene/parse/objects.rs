@@ -20,7 +20,7 @@ use crate::text::{Exactly, Kind, MAX_TOML_BYTES, TextError, cut, listed, read_or
 const BUILT_IN: &str = "curtain, trousers, skirt, sphere or square";
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a section [[object]]")]
 pub(super) struct ObjectToml {
     name: Option<String>,
     mesh: Spanned<String>,
@@ -38,7 +38,10 @@ pub(super) struct ObjectToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ translation, rotation_deg, scale }"
+)]
 struct InstanceToml {
     translation: Option<Spanned<Exactly<f64, 3>>>,
     rotation_deg: Option<Spanned<Exactly<f64, 3>>>,

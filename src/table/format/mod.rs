@@ -22,6 +22,11 @@ const CHECKED_FROM: usize = 20;
 const MARGIN: usize = 64;
 const _: () = assert!(MARGIN >= PADDING * size_of::<i16>());
 
+/// What a table has for sampling: albedos, histograms too, and whether ρ is divided by the albedo where that is above 1.
+const HAS_ALBEDO: u8 = 1;
+const HAS_HISTOGRAMS: u8 = 2;
+const DIMS_VIEWS: u8 = 4;
+
 /// What grids may be functions of: the first four are those of a straight thread's segments, which always look the same from
 /// both sides, the first nine those of any response, and all those of a projection.
 const COORDINATES: [Coordinates; 11] = [

@@ -8,11 +8,16 @@ use alloc::{string::String, vec::Vec};
 
 use super::coding::{Chunk, Codec, RUN_WORDS, Words, checksum, decode, tile_words};
 use super::header::{GridHeader, MAX_THREADS, Reader};
-use super::{ALIGNMENT, CHECKED_FROM, MAGIC, MARGIN, MAX_DECODED_BYTES, VERSION};
+use super::{
+    ALIGNMENT, CHECKED_FROM, DIMS_VIEWS, HAS_ALBEDO, HAS_HISTOGRAMS, MAGIC, MARGIN,
+    MAX_DECODED_BYTES, VERSION,
+};
 use crate::brdf::{Reweighting, limits};
 use crate::table::numbers::{self, Lender, Numbers};
 use crate::table::rows::Run;
-use crate::table::{Error, Grid, Grids, Rows, Table, ThreadTable, tiles_of};
+use crate::table::{
+    Energy, Error, Grid, Grids, Rows, SAMPLED, Sampling, Table, ThreadTable, tiles_of,
+};
 
 /// The most bytes of metadata: twice a fabric's text, whose line breaks and quotes are escaped in it, and what else there
 /// is to say.
@@ -74,7 +79,12 @@ impl Table {
             1 => Reweighting::Both,
             _ => return Err(reader.invalid("reweighting")),
         };
-        reader.zero(3)?;
+        let sampling = match reader.u8()? {
+            0 => None,
+            flags if flags & HAS_ALBEDO != 0 && flags < 2 * DIMS_VIEWS => Some(flags),
+            _ => return Err(reader.invalid("what there is for sampling")),
+        };
+        reader.zero(2)?;
         let sigma_u = reader.f32()?;
         if !limits::SIGMA_U.contains(&f64::from(sigma_u)) {
             return Err(reader.invalid("width of u"));
@@ -92,7 +102,7 @@ impl Table {
             threads.push(reader.thread()?);
         }
         let grid_chunks: usize = threads.iter().map(|(_, grids)| grids.chunks()).sum();
-        if chunk_count as usize != grid_chunks + 1 {
+        if chunk_count as usize != 1 + grid_chunks + usize::from(sampling.is_some()) {
             return Err(reader.invalid("number of chunks"));
         }
         let coverage: f64 = threads.iter().map(|(thread, _)| thread.coverage).sum();
@@ -121,7 +131,7 @@ impl Table {
             what: "metadata is not UTF-8",
             offset: metadata_chunk.offset,
         })?;
-        let mut loaded = Vec::new();
+        let mut loaded: Vec<ThreadTable> = Vec::new();
         for (parameters, grids) in threads {
             let grids = grids.try_map(|grid| {
                 let mut next = || grid_chunks.next().ok_or(reader.invalid("number of chunks"));
@@ -131,11 +141,48 @@ impl Table {
             })?;
             loaded.push(ThreadTable::new(parameters, grids));
         }
+        if let Some(flags) = sampling {
+            let chunk = grid_chunks
+                .next()
+                .ok_or(reader.invalid("number of chunks"))?;
+            load_sampling(bytes, chunk, flags & HAS_HISTOGRAMS != 0, &mut loaded)?;
+        }
         let gap = (1.0 - coverage).max(0.0) as f32;
         let mut table = Self::new(loaded, gap, sigma_u, rho_scale, reweighting);
         table.metadata = metadata;
+        if sampling.is_some_and(|flags| flags & DIMS_VIEWS != 0) {
+            table.energy = Energy::PerView;
+        }
         Ok(table)
     }
+}
+
+/// Reads what there is of every thread for sampling.
+fn load_sampling(
+    bytes: &[u8],
+    chunk: &Chunk,
+    has_histograms: bool,
+    threads: &mut [ThreadTable],
+) -> Result<(), Error> {
+    let invalid = |what| Error::Invalid {
+        what,
+        offset: chunk.offset,
+    };
+    let has_histogram = |index: usize| has_histograms && index < SAMPLED;
+    let sizes = (0..threads.len()).map(|index| Sampling::bytes(has_histogram(index)));
+    let expected: usize = sizes.sum();
+    if expected != chunk.decoded_bytes {
+        return Err(invalid("size of what there is for sampling"));
+    }
+    let decoded = decode(bytes, chunk, Words::None, "sampling")?;
+    let mut rest = &*decoded;
+    for (index, thread) in threads.iter_mut().enumerate() {
+        let some;
+        (some, rest) = rest.split_at(Sampling::bytes(has_histogram(index)));
+        let sampling = Sampling::get(some, has_histogram(index));
+        thread.sampling = Some(sampling.ok_or(invalid("what there is for sampling"))?);
+    }
+    Ok(())
 }
 
 /// A file's bytes, and what keeps them, if anything does.

@@ -8,10 +8,13 @@ use rayon::prelude::*;
 #[cfg(feature = "zstd")]
 use super::coding::compress;
 use super::coding::{Codec, RUN_WORDS, Words, checksum, tile_words};
-use super::{ALIGNMENT, CHECKED_FROM, MAGIC, MARGIN, VERSION, code_of};
+use super::{
+    ALIGNMENT, CHECKED_FROM, DIMS_VIEWS, HAS_ALBEDO, HAS_HISTOGRAMS, MAGIC, MARGIN, VERSION,
+    code_of,
+};
 use crate::brdf::Reweighting;
 use crate::table::{
-    Content, Error, Grid, Rows, SegmentGrid, Segments, Table, ThreadParameters, ThreadTable,
+    Content, Energy, Error, Grid, Rows, SegmentGrid, Segments, Table, ThreadParameters, ThreadTable,
 };
 
 /// How a chunk is stored that has these bytes.
@@ -22,6 +25,7 @@ enum Part<'a> {
     Metadata(&'a str),
     Tiles(&'a Grid),
     Runs(&'a Grid, &'a Rows),
+    Sampling(&'a [ThreadTable]),
 }
 
 /// A chunk to be written.
@@ -45,6 +49,13 @@ impl Part<'_> {
                 let runs = rows.runs(&grid.axes);
                 let numbers = runs.iter().flat_map(|run| [run.first, run.count]);
                 (numbers.flat_map(u16::to_le_bytes).collect(), RUN_WORDS)
+            }
+            Self::Sampling(threads) => {
+                let mut bytes = Vec::new();
+                for sampling in threads.iter().filter_map(|thread| thread.sampling.as_ref()) {
+                    sampling.put(&mut bytes);
+                }
+                (bytes, Words::None)
             }
         };
         let decoded_bytes = bytes.len();
@@ -79,6 +90,9 @@ impl Table {
             parts.push(Part::Tiles(grid));
             parts.extend(grid.rows.iter().map(|rows| Part::Runs(grid, rows)));
         }
+        if self.has_albedo() {
+            parts.push(Part::Sampling(&self.threads));
+        }
         // Side by side where there are workers.
         #[cfg(feature = "bake")]
         let parts = parts.par_iter();
@@ -91,7 +105,8 @@ impl Table {
         let mut body = Vec::new();
         put_u32(&mut body, chunks.len());
         body.push(u8::from(self.reweighting == Reweighting::Both));
-        body.extend([0; 3]);
+        body.push(self.sampling_flags());
+        body.extend([0; 2]);
         body.extend(self.sigma_u.to_le_bytes());
         body.extend(self.rho_scale.to_le_bytes());
         put_u32(&mut body, self.threads.len());
@@ -125,6 +140,15 @@ impl Table {
         }
         bytes.extend([0; MARGIN]);
         Ok(bytes)
+    }
+}
+
+impl Table {
+    /// What it has for sampling, as in a file.
+    fn sampling_flags(&self) -> u8 {
+        u8::from(self.has_albedo()) * HAS_ALBEDO
+            + u8::from(self.has_sampling()) * HAS_HISTOGRAMS
+            + u8::from(self.energy == Energy::PerView) * DIMS_VIEWS
     }
 }
 

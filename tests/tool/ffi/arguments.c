@@ -116,6 +116,23 @@ static void lookups(const sateen_table *table) {
     const float nothing[3] = {NAN, INFINITY, NAN};
     EXPECT(sateen_eval(table, nothing, wr, rgb) == SATEEN_OK && rgb[0] == 0.0f);
 
+    const float u[2] = {0.4f, 0.7f};
+    sateen_sample sample;
+    float density, seen[3];
+    EXPECT(sateen_sample_cos(table, NULL, 0, wr, u, &sample) == SATEEN_OK && sample.pdf > 0.0f && sample.rho[0] > 0.0f);
+    EXPECT(sateen_pdf(table, NULL, 0, sample.wi, wr, &density) == SATEEN_OK && density == sample.pdf);
+    EXPECT(sateen_eval_cos(table, sample.wi, wr, rgb) == SATEEN_OK && rgb[2] == sample.rho[2]);
+    EXPECT(sateen_sample_cos(table, albedos, 2, nothing, u, &sample) == SATEEN_OK && sample.pdf == 0.0f && sample.wi[2] == 0.0f);
+    EXPECT(sateen_sample_cos(table, albedos, 2, wr, wr, &sample) == SATEEN_OK && sample.pdf == 0.0f);
+    EXPECT(sateen_sample_cos(table, NULL, 0, wr, NULL, &sample) == SATEEN_NULL_ARGUMENT);
+    EXPECT(sateen_sample_cos(table, NULL, 0, wr, u, NULL) == SATEEN_NULL_ARGUMENT);
+    EXPECT(sateen_pdf(NULL, NULL, 0, wi, wr, &density) == SATEEN_NULL_ARGUMENT);
+    EXPECT(sateen_pdf(table, NULL, 0, NULL, wr, &density) == SATEEN_NULL_ARGUMENT);
+    EXPECT(sateen_pdf(table, NULL, 3, wi, wr, &density) == SATEEN_NULL_ARGUMENT);
+    EXPECT(sateen_has_sampling(NULL) == 0);
+    /* These tables were baked without. */
+    EXPECT(sateen_has_sampling(table) == 0 && sateen_albedo(table, NULL, 0, wr, seen) == SATEEN_NO_ALBEDO);
+
     enum { PAIRS = 19 };
     float *floats = malloc(9 * PAIRS * sizeof(float));
     EXPECT(floats != NULL);
