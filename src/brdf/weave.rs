@@ -68,7 +68,7 @@ pub(crate) struct Weave<R> {
 
 impl<R: Lanes> Weave<R> {
     /// No threads yet: `gap` = 1 − Σa is seen under the cosine `cos_r` = wr·n, and ρ is scaled by `scale`.
-    #[cfg(feature = "bake")]
+    #[cfg(any(feature = "bake", feature = "shader"))]
     #[inline(always)]
     pub(crate) fn new(gap: R, cos_r: R, scale: R) -> Self {
         Self {

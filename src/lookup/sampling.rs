@@ -530,7 +530,8 @@ impl Kernel for Densities<'_> {
                     l: view_l,
                 } = ViewPlace::of(wr);
                 let (view_q, view_l) = (view_q.to_array(), view_l.to_array());
-                let (q, ends) = (q.to_array(), seen(wr).map(V::to_array));
+                let [low, high] = seen(wr);
+                let (q, ends) = (q.to_array(), [low.to_array(), high.to_array()]);
                 let (mut densities, mut lights) = (V::Array::default(), V::Array::default());
                 for lane in 0..count {
                     let at = |lanes: &V::Array| lanes.as_ref()[lane];
