@@ -23,6 +23,9 @@ for layer in std libm,zstd libm,small; do
     echo "core with $layer: $result"
     [[ $result == *"ok. $count passed"* ]]
 done
+# Workers have 2 MiB of stack, as tests do, and builds that are debugged no optimization.
+result=$(scripts/core.sh test --quiet --lib --features std --config profile.dev.opt-level=0 batches)
+[[ $result == *"ok. 1 passed"* ]]
 cargo clippy --locked --quiet --all-targets -- -D warnings
 cargo doc --locked --quiet --no-deps --lib
 # No intrinsic is called instead of inlined; and that is found where one is.

@@ -178,18 +178,16 @@ fn choose(
         .map_or(prices.grid(0.0, 0.0), |grid| grid.price);
     let (_, all) = survey.direct(MAX_NODES, progress.part(0.9, 1.0))?;
     let cost = |direct: &DirectErrors| prices.direct(segments, direct.tilts) / grid_price;
-    let is_even = |direct: &&DirectErrors| direct.tail <= TAIL * settings.max_error;
     let direct = if settings.direct == Direct::Worthwhile && !fails {
         let score = |direct: &DirectErrors| direct.mean.max(settings.target_error) * cost(direct);
-        let even = all.iter().filter(is_even);
+        let even = even(all, settings);
         even.min_by(|a, b| score(a).total_cmp(&score(b)))
     } else {
         let wanted = match settings.direct {
             Direct::Worthwhile => settings.max_error / RESCUE,
             _ => settings.max_error,
         };
-        let mut even = all.iter().filter(is_even);
-        even.find(|direct| direct.mean <= wanted)
+        even(all, settings).find(|direct| direct.mean <= wanted)
     };
     let (direct, keeps) = match direct {
         Some(direct) => (direct, true),
@@ -337,14 +335,11 @@ fn with_nodes(
             prices.grid(share, prices.direct(segments, direct.tilts)),
         )
     };
-    let is_enough = |direct: &&DirectErrors| direct.tail <= TAIL * settings.max_error;
     let score = |direct: &&DirectErrors| {
         let (error, price) = of(direct);
         error.max(settings.target_error) * price
     };
-    let best = all
-        .iter()
-        .filter(is_enough)
+    let best = even(all, settings)
         .min_by(|a, b| score(a).total_cmp(&score(b)))
         .unwrap_or(&all[MAX_NODES - 1]);
     let (error, price) = of(best);
@@ -355,6 +350,15 @@ fn with_nodes(
         error,
         price,
     })
+}
+
+/// Those whose worst pairs near the horizon err little enough.
+fn even<'a>(
+    all: &'a [DirectErrors],
+    settings: &Settings,
+) -> impl Iterator<Item = &'a DirectErrors> {
+    let most = TAIL * settings.max_error;
+    all.iter().filter(move |direct| direct.tail <= most)
 }
 
 fn best_chart(

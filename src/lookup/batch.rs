@@ -56,6 +56,7 @@ impl Table {
             return;
         }
         level.run(Batch {
+            level,
             table: self,
             albedos,
             quantity,
@@ -92,6 +93,7 @@ pub enum Quantity {
 
 /// What is asked of a table.
 struct Batch<'a> {
+    level: Level,
     table: &'a Table,
     albedos: &'a [[f32; 3]],
     quantity: Quantity,
@@ -144,6 +146,7 @@ impl Batch<'_> {
                 ),
             );
             block.weave::<V, R>(
+                self.level,
                 self.table,
                 self.albedos,
                 #[inline(always)]

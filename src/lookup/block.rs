@@ -2,8 +2,9 @@
 
 use super::Quantity;
 use super::grid::Places;
+use super::rim::BlendRim;
 use crate::brdf::{Response, Reweighting, ThreadPair, ThreadResponse, Weave, without_cosine};
-use crate::math::simd::{Directions, Row, Vector};
+use crate::math::simd::{Directions, Kernel, Level, Row, Vector};
 use crate::math::{Vec3, each, splat};
 use crate::table::{Energy, Grid, SegmentGrid, Segments, Table, ThreadTable};
 
@@ -13,7 +14,7 @@ pub(super) struct Block<const N: usize, const STEP: usize> {
     pub(super) pairs: usize,
     pub(super) wi: Vec3<[f32; N]>,
     pub(super) wr: Vec3<[f32; N]>,
-    /// S and V of a thread's segments, or of all of it; the projection, where a grid says it; the share of its grid in these.
+    /// S, V and the projection of a thread, or of the part of it that has been evaluated; the share of its grid in these.
     pub(super) surface: [f32; N],
     pub(super) volume: [f32; N],
     projection: [f32; N],
@@ -78,13 +79,14 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
         V::both(V::zero().lt(cos_i), V::zero().lt(cos_r))
     }
 
-    /// Adds all threads, of which `see` sees each part.
+    /// Adds all threads; `see` sees the block after each, when S, V and the projection are that one's.
     #[inline(always)]
     pub(super) fn weave<V: Vector, R: Row>(
         &mut self,
+        level: Level,
         table: &Table,
         albedos: &[[f32; 3]],
-        mut see: impl FnMut(ThreadResponse<V>),
+        mut see: impl FnMut(&Self),
     ) {
         for (index, thread) in table.threads.iter().enumerate() {
             let albedo = *albedos.get(index).unwrap_or(&thread.albedo);
@@ -95,24 +97,19 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
                 Segments::None | Segments::Direct(_) => {}
                 Segments::Grid(segments) => {
                     let SegmentGrid { grid, rim } = &**segments;
-                    self.look_up::<V, R>(thread, grid);
+                    stage::<V, R, N, _>(level, LookUp(self, thread, grid));
                     if let Some(nodes) = rim {
-                        self.blend_rim::<V>(table, thread, nodes);
+                        stage::<V, R, N, _>(level, BlendRim(self, table, thread, nodes));
                     }
                 }
                 Segments::Curve(curve) => {
-                    self.look_up::<V, R>(thread, &curve.projection);
+                    stage::<V, R, N, _>(level, LookUp(self, thread, &curve.projection));
                     self.projection = self.surface;
-                    self.look_up::<V, R>(thread, &curve.response);
+                    stage::<V, R, N, _>(level, LookUp(self, thread, &curve.response));
                 }
             }
-            let mut at = 0;
-            while at < self.pairs {
-                let part = self.of_thread::<V>(table, thread, at);
-                self.add(thread.coverage, albedo, &part, at);
-                see(part);
-                at += V::LANES;
-            }
+            stage::<V, R, N, _>(level, Add(self, table, thread, albedo));
+            see(self);
         }
         if table.energy == Energy::PerView {
             for pair in 0..self.pairs {
@@ -122,43 +119,6 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
                     sum[pair] *= dimming;
                 }
             }
-        }
-    }
-
-    /// S and V of a grid.
-    #[inline(always)]
-    fn look_up<V: Vector, R: Row>(&mut self, thread: &ThreadTable, grid: &Grid) {
-        let frame = thread.frame.cast::<V>();
-        let rim = grid.coordinates.rim();
-        let strides = grid.all_strides();
-        let mut from = 0;
-        while from < self.pairs {
-            let pairs = STEP.min(self.pairs - from);
-            let mut at = 0;
-            while at < pairs {
-                let wi = frame.to_thread(self.wi(from + at));
-                let wr = frame.to_thread(self.wr(from + at));
-                let (u, share) = grid.coordinates.with_share(wi, wr);
-                let mut missing = self.places.find(grid, strides, at, u);
-                if !rim.is_none() {
-                    share.store(&mut self.share[from + at..]);
-                    missing = V::select(V::zero().lt(share), missing, V::zero());
-                }
-                if grid.is_partial() {
-                    let before = V::load(&self.missing[from + at..]);
-                    (before + missing).store(&mut self.missing[from + at..]);
-                }
-                at += V::LANES;
-            }
-            self.places.sum::<R>(grid, pairs);
-            at = 0;
-            while at < pairs {
-                let response = self.places.response::<V>(grid, at);
-                response.surface.store(&mut self.surface[from + at..]);
-                response.volume.store(&mut self.volume[from + at..]);
-                at += V::LANES;
-            }
-            from += STEP;
         }
     }
 
@@ -176,10 +136,7 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
         let tangents = &thread.tangents;
         let mut response = match thread.segments {
             Segments::None | Segments::Direct(_) => Response::zero(),
-            Segments::Grid(_) | Segments::Curve(_) => Response {
-                surface: V::load(&self.surface[at..]),
-                volume: V::load(&self.volume[at..]),
-            },
+            Segments::Grid(_) | Segments::Curve(_) => self.part(at).response,
         };
         let both = table.reweighting == Reweighting::Both;
         let has_tilts = !tangents.tilts().is_empty();
@@ -211,19 +168,15 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
         }
     }
 
+    /// What has been evaluated of a thread, of pairs from `at` on.
     #[inline(always)]
-    fn add<V: Vector>(
-        &mut self,
-        coverage: f32,
-        albedo: [f32; 3],
-        part: &ThreadResponse<V>,
-        at: usize,
-    ) {
-        let mut weave = self.woven(V::one(), at);
-        weave.add(splat(coverage), each(albedo, splat), part);
-        weave.q.store(&mut self.q[at..]);
-        for (to, sum) in self.sum.iter_mut().zip(weave.sum) {
-            sum.store(&mut to[at..]);
+    pub(super) fn part<V: Vector>(&self, at: usize) -> ThreadResponse<V> {
+        ThreadResponse {
+            response: Response {
+                surface: V::load(&self.surface[at..]),
+                volume: V::load(&self.volume[at..]),
+            },
+            projection: V::load(&self.projection[at..]),
         }
     }
 
@@ -263,6 +216,97 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
     pub(super) fn missing<V: Vector>(&self, at: usize) -> V {
         let missing = V::load(&self.missing[at..]);
         where_is(self.above::<V>(at), missing)
+    }
+}
+
+/// Runs a stage; in debug builds by a function of its own, since without optimization one of all stages takes megabytes of stack.
+#[inline(always)]
+fn stage<V: Vector, R: Row, const N: usize, K: Kernel>(level: Level, stage: K) -> K::Output {
+    if !cfg!(debug_assertions) {
+        stage.run::<V, R>()
+    } else if N == 1 {
+        level.run_single(stage)
+    } else {
+        level.run(stage)
+    }
+}
+
+/// S and V of a grid.
+struct LookUp<'a, const N: usize, const STEP: usize>(
+    &'a mut Block<N, STEP>,
+    &'a ThreadTable,
+    &'a Grid,
+);
+
+impl<const N: usize, const STEP: usize> Kernel for LookUp<'_, N, STEP> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Vector, R: Row>(self) {
+        let Self(block, thread, grid) = self;
+        let frame = thread.frame.cast::<V>();
+        let rim = grid.coordinates.rim();
+        let strides = grid.all_strides();
+        let mut from = 0;
+        while from < block.pairs {
+            let pairs = STEP.min(block.pairs - from);
+            let mut at = 0;
+            while at < pairs {
+                let wi = frame.to_thread(block.wi(from + at));
+                let wr = frame.to_thread(block.wr(from + at));
+                let (u, share) = grid.coordinates.with_share(wi, wr);
+                let mut missing = block.places.find(grid, strides, at, u);
+                if !rim.is_none() {
+                    share.store(&mut block.share[from + at..]);
+                    missing = V::select(V::zero().lt(share), missing, V::zero());
+                }
+                if grid.is_partial() {
+                    let before = V::load(&block.missing[from + at..]);
+                    (before + missing).store(&mut block.missing[from + at..]);
+                }
+                at += V::LANES;
+            }
+            block.places.sum::<R>(grid, pairs);
+            at = 0;
+            while at < pairs {
+                let response = block.places.response::<V>(grid, at);
+                response.surface.store(&mut block.surface[from + at..]);
+                response.volume.store(&mut block.volume[from + at..]);
+                at += V::LANES;
+            }
+            from += STEP;
+        }
+    }
+}
+
+/// Adds a thread, from what its grids say on.
+struct Add<'a, const N: usize, const STEP: usize>(
+    &'a mut Block<N, STEP>,
+    &'a Table,
+    &'a ThreadTable,
+    [f32; 3],
+);
+
+impl<const N: usize, const STEP: usize> Kernel for Add<'_, N, STEP> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Vector, R: Row>(self) {
+        let Self(block, table, thread, albedo) = self;
+        let mut at = 0;
+        while at < block.pairs {
+            let part = block.of_thread::<V>(table, thread, at);
+            part.response.surface.store(&mut block.surface[at..]);
+            part.response.volume.store(&mut block.volume[at..]);
+            part.projection.store(&mut block.projection[at..]);
+            let mut weave = block.woven(V::one(), at);
+            weave.add(splat(thread.coverage), each(albedo, splat), &part);
+            weave.q.store(&mut block.q[at..]);
+            for (to, sum) in block.sum.iter_mut().zip(weave.sum) {
+                sum.store(&mut to[at..]);
+            }
+            at += V::LANES;
+        }
     }
 }
 

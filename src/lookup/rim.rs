@@ -4,34 +4,39 @@
 
 use super::block::Block;
 use crate::brdf::{PlacedNodes, Response, ThreadPair};
-use crate::math::simd::Vector;
+use crate::math::simd::{Kernel, Row, Vector};
 use crate::math::splat;
 use crate::table::{Table, ThreadTable};
 
-impl<const N: usize, const STEP: usize> Block<N, STEP> {
-    /// Blends what `nodes` say into the responses of pairs that are not the grid's alone.
+/// Blends what `nodes` say into the responses of pairs that are not the grid's alone.
+pub(super) struct BlendRim<'a, const N: usize, const STEP: usize>(
+    pub(super) &'a mut Block<N, STEP>,
+    pub(super) &'a Table,
+    pub(super) &'a ThreadTable,
+    pub(super) &'a PlacedNodes<f32>,
+);
+
+impl<const N: usize, const STEP: usize> Kernel for BlendRim<'_, N, STEP> {
+    type Output = ();
+
     #[inline(always)]
-    pub(super) fn blend_rim<V: Vector>(
-        &mut self,
-        table: &Table,
-        thread: &ThreadTable,
-        nodes: &PlacedNodes<f32>,
-    ) {
+    fn run<V: Vector, R: Row>(self) {
+        let Self(block, table, thread, nodes) = self;
         let mut pairs = [0u16; N];
         let mut count = 0;
-        for pair in 0..self.pairs {
+        for pair in 0..block.pairs {
             // Without a branch, which would often be taken wrongly.
             pairs[count] = pair as u16;
-            count += usize::from(self.share[pair] < 1.0);
+            count += usize::from(block.share[pair] < 1.0);
         }
         let frame = thread.frame.cast::<V>();
         let optics = thread.optics.cast::<V>();
         for pairs in pairs[..count].chunks(V::LANES) {
-            let wi = frame.to_thread(collect::<V, N>(&self.wi, pairs));
-            let wr = frame.to_thread(collect::<V, N>(&self.wr, pairs));
+            let wi = frame.to_thread(collect::<V, N>(&block.wi, pairs));
+            let wr = frame.to_thread(collect::<V, N>(&block.wr, pairs));
             let pair = ThreadPair::new(wi, wr, splat(table.sigma_u));
             let direct = nodes.mean_response(&pair, &optics);
-            let share = collect::<V, N>(&[self.share, self.surface, self.volume], pairs);
+            let share = collect::<V, N>(&[block.share, block.surface, block.volume], pairs);
             let [share, surface, volume] = share;
             let blended = Response {
                 surface: blend(direct.surface, share, surface),
@@ -40,8 +45,8 @@ impl<const N: usize, const STEP: usize> Block<N, STEP> {
             let (surface, volume) = (blended.surface.to_array(), blended.volume.to_array());
             for (lane, pair) in pairs.iter().enumerate() {
                 let pair = usize::from(*pair);
-                self.surface[pair] = surface.as_ref()[lane];
-                self.volume[pair] = volume.as_ref()[lane];
+                block.surface[pair] = surface.as_ref()[lane];
+                block.volume[pair] = volume.as_ref()[lane];
             }
         }
     }

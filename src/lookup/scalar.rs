@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use super::Quantity;
 use super::block::Block;
 use super::pair::Pair;
-use crate::brdf::{Components, ThreadResponse};
+use crate::brdf::Components;
 use crate::math::simd::{Kernel, Level, Row, Single, Vector};
 use crate::table::Table;
 
@@ -69,6 +69,7 @@ impl Table {
             return value;
         }
         level.run_single(One {
+            level,
             table: self,
             albedos,
             wi,
@@ -77,7 +78,7 @@ impl Table {
                 self.count_missing(block.missing::<Single>(0));
                 block.value::<Single>(self, quantity, 0).map(|x| x.0)
             },
-            see: |_| {},
+            see: |_: &Block<1, 1>| {},
         })
     }
 
@@ -106,12 +107,13 @@ impl Table {
                 return is_missing;
             }
             level.run_single(One {
+                level,
                 table: self,
                 albedos,
                 wi,
                 wr,
                 of: |block: &Block<1, 1>| block.missing::<Single>(0).0 > 0.0,
-                see: |_| {},
+                see: |_: &Block<1, 1>| {},
             })
         };
         !self.is_partial || !is_missing()
@@ -120,7 +122,9 @@ impl Table {
     /// S, V and the projection of every thread, Q, and ρ with the fabric's own albedo.
     pub fn components(&self, wi: [f32; 3], wr: [f32; 3]) -> Components<f32> {
         let mut threads = Vec::with_capacity(self.threads.len());
-        let (rho, q) = Level::detect().run_single(One {
+        let level = Level::detect();
+        let (rho, q) = level.run_single(One {
+            level,
             table: self,
             albedos: &[],
             wi,
@@ -129,7 +133,7 @@ impl Table {
                 self.count_missing(block.missing::<Single>(0));
                 block.rho::<Single>(self, 0)
             },
-            see: |thread: ThreadResponse<Single>| threads.push(thread.map(|x| x.0)),
+            see: |block: &Block<1, 1>| threads.push(block.part::<Single>(0).map(|x| x.0)),
         });
         Components {
             threads,
@@ -141,6 +145,7 @@ impl Table {
 
 /// A table at one pair.
 struct One<'a, F, S> {
+    level: Level,
     table: &'a Table,
     albedos: &'a [[f32; 3]],
     wi: [f32; 3],
@@ -149,7 +154,7 @@ struct One<'a, F, S> {
     see: S,
 }
 
-impl<T, F: Fn(&Block<1, 1>) -> T, S: FnMut(ThreadResponse<Single>)> Kernel for One<'_, F, S> {
+impl<T, F: Fn(&Block<1, 1>) -> T, S: FnMut(&Block<1, 1>)> Kernel for One<'_, F, S> {
     type Output = T;
 
     #[inline(always)]
@@ -158,7 +163,7 @@ impl<T, F: Fn(&Block<1, 1>) -> T, S: FnMut(ThreadResponse<Single>)> Kernel for O
         let (wi, wr) = (self.wi.each_ref(), self.wr.each_ref());
         let slice = core::slice::from_ref;
         block.load(self.table, wi.map(slice), wr.map(slice));
-        block.weave::<Single, R>(self.table, self.albedos, self.see);
+        block.weave::<Single, R>(self.level, self.table, self.albedos, self.see);
         (self.of)(&block)
     }
 }
