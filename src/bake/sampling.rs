@@ -83,7 +83,11 @@ impl Viewed<'_> {
         place: impl Fn(f64) -> f64 + Sync,
         places: [usize; 2],
     ) -> Vec<Node> {
-        let x = |k: usize, count: usize| at(&place, 2.0 * k as f64 / (count - 1) as f64 - 1.0);
+        let x = |k: usize, count: usize| {
+            let t = 2.0 * k as f64 / (count - 1) as f64 - 1.0;
+            let [low, high] = reaching([-1.0, 1.0], &place, t);
+            0.5 * (low + high)
+        };
         let nodes = (0..counts[0] * counts[1]).into_par_iter().map(|node| {
             let wr = view(
                 x(node % counts[0], counts[0]),
@@ -95,18 +99,17 @@ impl Viewed<'_> {
     }
 }
 
-/// Where `place`, which ascends from −1 to 1, is t.
-fn at(place: impl Fn(f64) -> f64, t: f64) -> f64 {
-    let (mut low, mut high) = (-1.0, 1.0);
+/// The two numbers next to where `ascending` reaches `value`, within a range.
+fn reaching([mut low, mut high]: [f64; 2], ascending: impl Fn(f64) -> f64, value: f64) -> [f64; 2] {
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if place(middle) < t {
+        if ascending(middle) < value {
             low = middle;
         } else {
             high = middle;
         }
     }
-    0.5 * (low + high)
+    [low, high]
 }
 
 /// wr of a node, in the thread's frame.
@@ -153,15 +156,7 @@ fn edges_of(thread: &Thread) -> [i16; BINS + 1] {
     let all = below(FRAC_PI_2);
     let mut edges = [0; BINS + 1];
     for (k, edge) in edges.iter_mut().enumerate() {
-        let (mut low, mut high) = (-FRAC_PI_2, FRAC_PI_2);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if below(middle) < all * k as f64 / BINS as f64 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let [low, _] = reaching([-FRAC_PI_2, FRAC_PI_2], below, all * k as f64 / BINS as f64);
         *edge = (f64::from(EDGE_UNIT) * (0.5 * low).tan()).round() as i16;
     }
     // All different, however narrow the lobe.

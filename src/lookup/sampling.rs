@@ -95,11 +95,9 @@ impl Table {
         if !(wi[2] > 0.0 && is_view(wr)) {
             return 0.0;
         }
-        for index in 0..SAMPLED.min(self.threads.len()) {
-            if let Some(thread) = self.thread_at(index, &[], wr) {
-                sum += thread.density(wi);
-                light += thread.light;
-            }
+        for thread in (0..SAMPLED).filter_map(|index| self.thread_at(index, &[], wr)) {
+            sum += thread.density(wi);
+            light += thread.light;
         }
         finite(mixed(wi[2], sum, light))
     }
@@ -138,7 +136,7 @@ impl Table {
         let albedo = albedos.get(index).unwrap_or(&thread.albedo);
         let mix = histogram.at(ViewPlace::of(wr), luminance(*albedo));
         let range = seen(wr);
-        let [from, to] = range.map(|q| histogram.sum_to(&mix, q));
+        let (from, light) = histogram.light(&mix, range);
         Some(Thread {
             frame: thread.frame,
             histogram,
@@ -146,7 +144,7 @@ impl Table {
             wr,
             range,
             from,
-            light: (to - from).max(0.0),
+            light,
         })
     }
 
@@ -540,9 +538,8 @@ impl Kernel for Densities<'_> {
                         l: at(&view_l),
                     };
                     let mix = histogram.at(place, albedo);
-                    let [from, to] = [at(&ends[0]), at(&ends[1])];
-                    let [from, to] = [histogram.sum_to(&mix, from), histogram.sum_to(&mix, to)];
-                    lights.as_mut()[lane] = (to - from).max(0.0);
+                    let (_, light) = histogram.light(&mix, [at(&ends[0]), at(&ends[1])]);
+                    lights.as_mut()[lane] = light;
                     densities.as_mut()[lane] = histogram.density(&mix, at(&q));
                 }
                 sum += V::from_array(densities) * per_q;

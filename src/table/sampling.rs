@@ -200,9 +200,16 @@ impl Histogram {
         sums
     }
 
+    /// The light up to where a range of q begins, and in it.
+    #[inline(always)]
+    pub(crate) fn light(&self, mix: &Mix, range: [f32; 2]) -> (f32, f32) {
+        let [from, to] = [self.sum_to(mix, range[0]), self.sum_to(mix, range[1])];
+        (from, (to - from).max(0.0))
+    }
+
     /// The light up to q.
     #[inline(always)]
-    pub(crate) fn sum_to(&self, mix: &Mix, q: f32) -> f32 {
+    fn sum_to(&self, mix: &Mix, q: f32) -> f32 {
         let bin = self.bin(q);
         let [from, to] = self.around(mix, bin);
         let [a, b] = [self.edge(bin), self.edge(bin + 1)];
